@@ -4,6 +4,7 @@
 mod support;
 
 mod affine_flow;
+mod contact_derivatives;
 mod contact_laws;
 mod contacts_that_pull;
 mod corners;

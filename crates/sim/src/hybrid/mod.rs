@@ -17,6 +17,7 @@ mod passage;
 mod response;
 mod return_map;
 mod rough_contact;
+mod rough_variation;
 mod sampling;
 mod search;
 mod simulator;

@@ -192,7 +192,7 @@ fn last_held<S: Real>(longest: S, mut is_held: impl FnMut(S) -> bool) -> S {
 }
 
 /// State after a time at constant rates.
-fn moved<S: Real>(state: &[S], rates: &[S], time: S) -> Vec<S> {
+pub(super) fn moved<S: Real>(state: &[S], rates: &[S], time: S) -> Vec<S> {
     state.iter().zip(rates).map(|(&state, &rate)| rate.mul_add(time, state)).collect()
 }
 

@@ -387,7 +387,7 @@ fn pushes(
 
 /// Whether an operation in some expressions is not analytic for all arguments for which it is
 /// defined.
-fn has_branch_point(graph: &ExpressionGraph, outputs: &[NodeId]) -> bool {
+pub(super) fn has_branch_point(graph: &ExpressionGraph, outputs: &[NodeId]) -> bool {
     let operations = graph.nodes().iter().zip(graph.needed_by(outputs));
     operations.filter(|(_, needed)| *needed).any(|(node, _)| match node {
         Node::PowerReal(..) | Node::Binary(Binary::Min | Binary::Max, ..) => true,

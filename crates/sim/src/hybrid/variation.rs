@@ -15,6 +15,7 @@
 //! field serves variations with respect to states and to parameters.
 
 use super::motion::{Evaluator, Regime};
+use super::system::has_branch_point;
 use crate::flow::{Field, InputKind, Integrator, Program};
 use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Unary};
 use crate::numeric::Real;
@@ -71,6 +72,8 @@ pub(super) struct VariedField {
     pub(super) slopes: Program,
     /// Whether the field may jump at a corner, where no variation is known.
     jumps: bool,
+    /// The field with its variation in a graded time, if it may have no series on the surface.
+    pub(super) graded: Option<Field>,
 }
 
 /// Variations of the expressions of a surface.
@@ -78,6 +81,8 @@ pub(super) struct VariedField {
 pub(super) struct VariedSurface {
     pub(super) gap: Program,
     pub(super) normal_velocity: Program,
+    /// The gap and the normal velocity themselves.
+    pub(super) motion: Program,
     reset: Option<Program>,
     /// The contact field, and the variation of the release function.
     pub(super) contact: Option<(VariedField, Program)>,
@@ -125,7 +130,28 @@ impl VariationLowering<'_> {
             rates: self.program(rates),
             slopes: self.program(&varied),
             jumps: may_jump(&self.graph, rates),
+            graded: None,
         }
+    }
+
+    /// Field of a contact, graded if the law is not analytic on the surface.
+    fn contact_field(&mut self, rates: &[NodeId], release: NodeId) -> VariedField {
+        let field = self.field(rates);
+        let law = [rates, &[release]].concat();
+        let is_rough = has_branch_point(&self.graph, &law);
+        VariedField { graded: is_rough.then(|| self.graded_field(rates)), ..field }
+    }
+
+    /// Field with its variation in a graded time; see [`rough_variation`](super::rough_variation).
+    fn graded_field(&mut self, rates: &[NodeId]) -> Field {
+        let [away, side] = [0, 1].map(|at| self.graph.input(2 * self.inputs() + at));
+        let still = self.graph.number(0.0);
+        let held = vec![still; self.model.parameters.len()];
+        let varied: Vec<NodeId> = rates.iter().map(|&rate| self.varied(rate)).collect();
+        let graded = [rates, &held, &varied, &held].concat();
+        let mut graded: Vec<_> = graded.iter().map(|&rate| self.graph.mul(rate, away)).collect();
+        graded.extend([self.graph.mul(side, away), still]);
+        Field::new(&self.graph, &graded, &[], &[])
     }
 }
 
@@ -140,12 +166,14 @@ impl Linearisation {
                     (Some(lowering.program(&varied)), None)
                 }
                 Response::Contact { field, release } => {
-                    (None, Some((lowering.field(field), lowering.variation(*release))))
+                    let field = lowering.contact_field(field, *release);
+                    (None, Some((field, lowering.variation(*release))))
                 }
             };
             VariedSurface {
                 gap: lowering.variation(surface.event),
                 normal_velocity: lowering.variation(surface.normal_velocity),
+                motion: lowering.program(&[surface.event, surface.normal_velocity]),
                 reset,
                 contact,
             }
@@ -256,12 +284,16 @@ impl<S: Real> At<'_, S> {
         let surface = &self.of.surfaces[event.surface];
         let function = match event.kind {
             ChangeKind::Impact | ChangeKind::Begin => &surface.gap,
+            ChangeKind::Release if self.ends_on_surface(event) => &surface.gap,
             ChangeKind::Release => &surface.contact.as_ref()?.1,
             ChangeKind::Rest => return None,
         };
         let [before, after] = &event.states;
         let [from, to] = event.regimes.map(|regime| self.of.field(regime));
-        let (from, to) = (self.rates(from?, before), self.rates(to?, after));
+        let (from, to) = match self.beside(event) {
+            Some(rates) => rates,
+            None => (self.rates(from?, before), self.rates(to?, after)),
+        };
         let delays = self.meet(function, (before, &from), changes);
         for (change, delay) in changes.iter_mut().zip(delays) {
             if event.kind == ChangeKind::Impact {

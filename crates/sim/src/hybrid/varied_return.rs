@@ -70,14 +70,14 @@ impl<S: Real> DirectReturn<'_, S> {
         let at = At { of: simulator.system.linearisation(), parameters: &simulator.parameters };
         let (mut state, mut time) = (state, S::zero());
         for event in events {
-            let field = at.of.field(event.regimes[0])?;
-            at.carry(field, state, event.time - time, &mut changes)?;
+            let way = [state, &event.states[0]];
+            at.fly(event.regimes[0], way, event.time - time, &mut changes)?;
             at.pass(event, &mut changes)?;
             (state, time) = (&event.states[1], event.time);
         }
-        let field = at.of.field(simulator.regime())?;
-        at.carry(field, state, simulator.time() - time, &mut changes)?;
-        let (end, rates) = (simulator.state(), at.rates(field, simulator.state()));
+        let end = simulator.state();
+        at.fly(simulator.regime(), [state, end], simulator.time() - time, &mut changes)?;
+        let rates = at.rates(at.of.field(simulator.regime())?, end);
         match (self.section, at.of.phase) {
             (ReturnSection::Tangency { surface }, _) => {
                 at.meet(&at.of.surfaces[surface].normal_velocity, (end, &rates), &mut changes);
