@@ -40,7 +40,7 @@ fn slopes<S: Real>(scene: &Scene, depth: f64) -> [f64; 2] {
     [0, 2].map(|component: usize| changes[0].state[component].to_f64())
 }
 
-/// The same by differences in double-double.
+/// Slopes by differences in double-double.
 fn differences(scene: &Scene, depth: f64) -> [f64; 2] {
     let step = Dd::from(depth * 1e-6);
     let sides = [Dd::ONE, -Dd::ONE].map(|side| {

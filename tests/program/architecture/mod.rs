@@ -23,7 +23,7 @@ const FLOORS: [(&str, &[&str]); 16] = [
     ("flow", &["interruption", "numeric", "jet", "model"]),
     ("hybrid", &["interruption", "numeric", "model", "flow"]),
     ("atlas", &["interruption", "numeric", "jet", "model", "flow", "hybrid"]),
-    ("orbit", &["numeric", "jet", "model", "flow"]),
+    ("orbit", &["interruption", "numeric", "jet", "model", "flow"]),
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
     ("iteration", &["interruption", "numeric", "jet", "expansion"]),
     (

@@ -112,8 +112,8 @@ impl<S: Real> At<'_, S> {
             .then(|| rounding * S::from_f64(RESOLVED) / motion[1].abs())
     }
 
-    /// Rates just before and just after the beginning or the end, on the surface, of a contact whose
-    /// law is not analytic there; `None` for other events.
+    /// Rates just before and just after the beginning or the end, on the surface, of a contact
+    /// whose law is not analytic there; `None` for other events.
     ///
     /// NOTE: on the surface, because of rounding, the law may not be defined. It changes the rates
     /// by what it changes them by beside the surface, in the contact.
