@@ -22,6 +22,17 @@ fn returns_of_random_oscillators_are_those_of_an_independent_simulator() {
     assert!((tally.ambiguous + tally.chatters + tally.grown) * 20 < tally.returns, "{tally:?}");
 }
 
+/// A mass that meets a stop many times in a row, so that the next tangency lies behind a contact
+/// from before the one at which the return began.
+#[test]
+fn returns_between_contacts_that_follow_each_other_fast_are_those_of_an_independent_simulator() {
+    let choice = Choice { diagrams: false, ..Choice::default() };
+    for case in [128, 205] {
+        let tally = tally(1, case..case + 1, choice);
+        assert!(tally.tangencies > 30, "{tally:?}");
+    }
+}
+
 #[test]
 fn diagrams_of_random_oscillators_settle_on_orbits_of_an_independent_simulator() {
     let choice = Choice { places: 1, periods: 1, ..Choice::default() };

@@ -247,12 +247,15 @@ impl<F: LaneFlow<N>, const N: usize> LaneFlight<F, N> {
     }
 
     /// Handles contacts: lanes whose contact may be the last fly on behind it; in the others, as
-    /// before the section point at which the return began, the contact is real.
+    /// before the phase at which the return began, the contact is real.
     #[inline(always)]
     fn meet(&mut self, contact: LaneMask<N>) {
         let real = match self.section {
             ReturnSection::OtherPhase => contact,
-            _ => contact & self.orbits.motion.time.is_below(Lanes::splat(0.0)),
+            ReturnSection::Tangency { .. } => LaneMask::NONE,
+            ReturnSection::GrazingPhase { .. } => {
+                contact & self.orbits.motion.time.is_below(Lanes::splat(0.0))
+            }
         };
         let may_be_last = contact & !real;
         self.met |= real;

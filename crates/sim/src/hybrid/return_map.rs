@@ -702,10 +702,15 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Whether the next section point may lie behind the contact at which the simulator stands: the
-    /// contact is no hit of the nominal return, and does not come before the section point at which
-    /// this return began.
+    /// contact is no hit of the nominal return, and at a phase does not come before the section
+    /// point at which this return began. Tangencies behind contacts that follow each other fast are
+    /// not in the order of the contacts.
     fn may_be_last(&mut self, surface: usize) -> bool {
-        self.simulator.time() >= S::zero() && !self.is_expected_hit(surface)
+        let follows = match self.section {
+            ReturnSection::Tangency { .. } => true,
+            _ => self.simulator.time() >= S::zero(),
+        };
+        follows && !self.is_expected_hit(surface)
     }
 
     /// Whether the contact at which the simulator stands is a hit of the nominal return, and no
