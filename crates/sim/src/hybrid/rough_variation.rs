@@ -133,13 +133,6 @@ impl<S: Real> At<'_, S> {
         let held = held.map(|(&rate, (&free, &held))| rate + (held - free)).collect();
         Some(if event.kind == ChangeKind::Begin { (free, held) } else { (held, free) })
     }
-
-    /// Whether a contact whose law is not analytic on the surface ends there. Its release function
-    /// may have no slope there.
-    pub(super) fn ends_on_surface(&self, event: &Change<S>) -> bool {
-        let is_rough = self.of.field(event.regimes[0]).is_some_and(|field| field.graded.is_some());
-        is_rough && self.stretch(event.surface, &event.states[0]).is_some()
-    }
 }
 
 /// Carries a state, its variation and the graded time `T` from one value of `T` to another.

@@ -282,15 +282,17 @@ impl<S: Real> At<'_, S> {
     /// Carries variations through an event; `None` if no variation is known there.
     pub(super) fn pass(&self, event: &Change<S>, changes: &mut [Variation<S>]) -> Option<()> {
         let surface = &self.of.surfaces[event.surface];
+        let beside = self.beside(event);
         let function = match event.kind {
             ChangeKind::Impact | ChangeKind::Begin => &surface.gap,
-            ChangeKind::Release if self.ends_on_surface(event) => &surface.gap,
+            // The release function may have no slope on the surface.
+            ChangeKind::Release if beside.is_some() => &surface.gap,
             ChangeKind::Release => &surface.contact.as_ref()?.1,
             ChangeKind::Rest => return None,
         };
         let [before, after] = &event.states;
         let [from, to] = event.regimes.map(|regime| self.of.field(regime));
-        let (from, to) = match self.beside(event) {
+        let (from, to) = match beside {
             Some(rates) => rates,
             None => (self.rates(from?, before), self.rates(to?, after)),
         };
