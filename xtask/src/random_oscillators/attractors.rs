@@ -65,7 +65,9 @@ pub(super) fn diagrams(
         };
         let state: Option<Vec<f64>> = observed.iter().map(last).collect();
         let simulator = Simulator::new(oscillator, &parameters, look);
-        let settled = Settled { point, simulator, stop: orbit.grazing_point().surface };
+        let start = orbit.section_point.iter().map(|value| value.to_f64()).collect();
+        let stop = orbit.grazing_point().surface;
+        let settled = Settled { point, simulator, start, stop };
         tally.attractors += 1;
         let is_tangency = scene.section == Section::Tangency;
         if let Err(words) = settled.checked(state, is_tangency, tally) {
@@ -80,6 +82,8 @@ pub(super) fn diagrams(
 struct Settled<'a> {
     point: &'a DiagramPoint,
     simulator: Simulator<'a, f64>,
+    /// Section point of the grazing orbit, with which the diagram begins.
+    start: Vec<f64>,
     stop: usize,
 }
 
@@ -126,6 +130,12 @@ impl Settled<'_> {
                 }
                 Err(format!("a period of {claimed} returns for one of {closed}, from {state:?}"))
             }
+            // NOTE: where a mass comes to rest, contacts behind the first are section points of no
+            // fixed choice; the motion itself closes.
+            (Period::Periodic(_), _) if self.chatters(&returns) && self.closes(&state, period) => {
+                tally.chatters += 1;
+                Ok(())
+            }
             (Period::Periodic(claimed), _) => {
                 let far = closes(claimed - 1);
                 Err(format!("a period of {claimed} returns does not close by {far:e}: {state:?}"))
@@ -140,6 +150,19 @@ impl Settled<'_> {
     /// Whether contacts are so slow that a chatter may be counted differently.
     fn chatters(&self, returns: &[Returned]) -> bool {
         returns.iter().any(|one| one.slowest < 1e-2)
+    }
+
+    /// Whether the motion from a section point comes back after the forcing periods of the orbit's
+    /// name, without any section.
+    fn closes(&self, state: &[f64], period: f64) -> bool {
+        let Some(name) = &self.point.orbit else { return false };
+        let mut orbit = self.simulator.clone();
+        orbit.place(state);
+        let is_free = (0..orbit.oscillator.stops.len()).all(|stop| orbit.gap(stop).0 > 0.0);
+        let size = state.iter().fold(1.0f64, |size, value| size.max(value.abs()));
+        is_free
+            && orbit.advance(period * name.periods as f64).is_ok()
+            && apart(&reduced(&orbit.state, state), state) / size < SETTLED
     }
 
     /// Returns from a section point; `None` if one of them ends early.
@@ -173,24 +196,34 @@ impl Settled<'_> {
         Some(returns)
     }
 
-    /// Checks that an orbit that is said to escape does.
+    /// Checks that an orbit that is said to escape does, from the diagram's start or from rest.
     fn is_unbounded(&self, period: f64, end: OrbitEnd) -> Result<(), String> {
+        let rest = vec![0.0; self.start.len()];
+        let mut stays = Vec::new();
+        for start in [&self.start, &rest] {
+            match self.bounded(start, period) {
+                Some(state) => stays.push(state),
+                None => return Ok(()),
+            }
+        }
+        Err(format!("{end:?}, though orbits stay: {stays:?}"))
+    }
+
+    /// Where an orbit is after the time watched; `None` if it left its bound or cannot begin.
+    fn bounded(&self, start: &[f64], period: f64) -> Option<Vec<f64>> {
         let mut orbit = self.simulator.clone();
-        let rest = vec![0.0; orbit.state.len()];
-        orbit.place(&rest);
-        if (0..orbit.oscillator.stops.len()).any(|stop| orbit.gap(stop).0 < 0.0) {
-            return Ok(());
+        orbit.place(start);
+        if (0..orbit.oscillator.stops.len()).any(|stop| orbit.gap(stop).0 < -SAME) {
+            return None;
         }
         for _ in 0..WATCHED {
-            if orbit.advance(period).is_err() {
-                return Ok(());
-            }
+            orbit.advance(period).ok()?;
             orbit.reduce_phase();
             if orbit.state.iter().any(|value| value.abs() > BOUND) {
-                return Ok(());
+                return None;
             }
         }
-        Err(format!("{end:?}, though an orbit from rest stays: {:?}", orbit.state))
+        Some(orbit.state)
     }
 }
 

@@ -337,7 +337,8 @@ impl Period {
     /// The period of a run of states (`dimension` numbers each, one state after another).
     ///
     /// States agree if every coordinate agrees to `tolerance` times its scale. A period is accepted
-    /// if *all* states agree with those a period later, and the run holds it at least twice. An
+    /// if *all* states agree with those a period later, and the run holds it at least twice. States
+    /// may agree less where rounding grows, if they agree to rounding once in every period. An
     /// orbit that approaches a period while it turns about it seems to have a multiple of that
     /// period: twice of it near a multiplier −1, `q` times near a `q`-th root of 1. The result is
     /// therefore the least divisor of the period by which states come closer along the run.
@@ -351,6 +352,11 @@ const SHRUNK: f64 = 0.95;
 
 /// Largest distance, in scales, of states a period apart in an orbit that converges.
 const NEARBY: f64 = 0.1;
+
+/// Largest distance, in scales, of states that agree to rounding, and of those to which it grows
+/// within a period.
+const ROUNDING: f64 = 1e-13;
+const GROWN: f64 = 1e-4;
 
 /// Fewest and most parts of a run; the distance of states has to fall from each part to the next.
 const PARTS: [usize; 2] = [4, 8];
@@ -367,9 +373,21 @@ impl Run<'_> {
     fn period(&self, tolerance: f64) -> Period {
         let agree = |shift: usize| {
             let mut states = 0..self.count() - shift;
-            states.all(|number| self.apart(number, shift) <= tolerance)
+            let all = states.all(|number| self.apart(number, shift) <= tolerance);
+            all || self.is_forgetful(shift)
         };
         self.without_approach((1..=self.count() / 2).find(|&shift| agree(shift)))
+    }
+
+    /// Whether states repeat after `shift` up to rounding that grows and is forgotten once in every
+    /// period, as where a mass comes to rest against a stop: states agree to rounding in the first
+    /// and in the last period of the run, and nearly agree everywhere.
+    fn is_forgetful(&self, shift: usize) -> bool {
+        let pairs = self.count() - shift;
+        let repeats = |number: usize| self.apart(number, shift) <= ROUNDING;
+        (0..pairs).all(|number| self.apart(number, shift) <= GROWN)
+            && (0..shift).any(repeats)
+            && (pairs - shift..pairs).any(repeats)
     }
 
     /// The period found, or its least divisor by which states come closer along the run. An
@@ -610,6 +628,22 @@ mod tests {
         let taken: Vec<bool> = taken.map(|orbit| orbit.converges).collect();
         let wrong = taken.iter().filter(|&&converges| converges).count();
         assert!(taken.len() > 120 && wrong <= taken.len() / 50, "{wrong} of {}", taken.len());
+    }
+
+    #[test]
+    fn rounding_that_is_forgotten_in_every_period_leaves_the_period() {
+        let unit = |n: i32| f64::from(n % 5) + 0.3;
+        // Rounding of another size in every period, which grows thirtyfold in every iterate of it.
+        let grown = |n: i32| f64::from(1 + n / 5 % 3) * 3e-15 * 30_f64.powi(n % 5);
+        let forgotten: Vec<f64> = (0..40).map(|n| unit(n) + grown(n)).collect();
+        assert_eq!(Period::of(&forgotten, &[1.0], 1e-10), Period::Periodic(5));
+        // Rounding that is never forgotten: an orbit that begins on an unstable one and leaves it.
+        let leaving: Vec<f64> = (0..40).map(|n| unit(n) + 3e-15 * 1.8_f64.powi(n)).collect();
+        assert_eq!(Period::of(&leaving, &[1.0], 1e-10), Period::NotFound);
+        // An orbit that comes back to a state exactly, but by other ways.
+        let other = |n: i32| if n % 5 == 2 && n / 5 % 2 == 0 { 0.01 } else { 0.0 };
+        let ways: Vec<f64> = (0..20).map(|n| unit(n) + other(n)).collect();
+        assert_eq!(Period::of(&ways, &[1.0], 1e-10), Period::Periodic(10));
     }
 
     #[test]
