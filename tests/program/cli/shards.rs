@@ -5,6 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use grazemap::report::{pieces_from_bytes, pieces_to_bytes, unpack_folder};
+
 use super::resuming::files;
 use super::{grazemap, scratch, text};
 
@@ -157,4 +159,79 @@ fn the_task_of_a_job_array_is_a_shard() {
         assert_eq!(code, Some(2));
         assert!(said.contains(word), "{said}");
     }
+}
+
+/// Numbers as pieces hold them: 2^64 - 1, 2^40 and 2^31, far more than a piece can have entries.
+const HUGE: [&[u8]; 3] = [
+    &[0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01],
+    &[0x80, 0x80, 0x80, 0x80, 0x80, 0x20],
+    &[0x80, 0x80, 0x80, 0x80, 0x08],
+];
+
+/// Places that are changed in one piece; the first bytes hold its sizes.
+fn changed_places(length: usize) -> Vec<usize> {
+    let spread = (1..=4).map(|number| number * length / 5);
+    let mut places: Vec<usize> = (0..length.min(4)).chain(spread).collect();
+    places.dedup();
+    places
+}
+
+/// Merges a file of one shard with a huge number at places of its pieces and with their digests
+/// written anew. Every merge ends by itself with 2 GB of memory and without a panic.
+#[cfg(unix)]
+fn forged_sizes_are_harmless(folder: &Path, command: &[&str]) {
+    let file = folder.join(&shards(folder, command, 1, "pieces")[0]);
+    let whole = fs::read(&file).expect("readable");
+    let pieces = pieces_from_bytes(&whole).expect("a whole file");
+    // The piece without a place is the header.
+    let places: Vec<_> = pieces.keys().filter(|place| !place.is_empty()).collect();
+    let step = places.len().div_ceil(3).max(1);
+    assert!(!places.is_empty(), "{command:?}");
+    for place in places.into_iter().step_by(step) {
+        for (number, at) in changed_places(pieces[place].len()).into_iter().enumerate() {
+            let mut forged = pieces.clone();
+            let piece = forged.get_mut(place).expect("a piece of this file");
+            piece.splice(at..at + 1, HUGE[number % HUGE.len()].iter().copied());
+            fs::write(&file, pieces_to_bytes(&forged)).expect("writable");
+            let call = "ulimit -v 2000000 && exec \"$0\" \"$@\"";
+            let mut merge = Command::new("sh");
+            merge.args(["-c", call, env!("CARGO_BIN_EXE_grazemap"), "merge", "-q", "-o", "forged"]);
+            let output = merge.arg(&file).args(["--threads", "1"]).current_dir(folder).output();
+            let output = output.expect("a shell can be started");
+            let said = text(&output.stderr);
+            let case = format!("{command:?}, piece {place:?}, byte {at}");
+            assert!(matches!(output.status.code(), Some(0..=2)), "{case}: {said}");
+            assert!(!said.contains("panicked") && said.len() < 10_000, "{case}: {said}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn forged_sizes_of_pieces_neither_panic_nor_take_memory() {
+    let folder = scratch();
+    let folder = folder.path();
+    map_with(
+        folder,
+        "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 3e-4]\npoints = 12\n\
+         transient = 20\nkeep = 10\nwith = [\"map\"]\n\
+         [[chart]]\nparameters = [\"omega\", \"alpha\"]\nranges = [[-1e-3, 1e-3], [-1e-4, 3e-4]]\n\
+         points = [6, 4]\ntransient = 20\nkeep = 16\n",
+    );
+    forged_sizes_are_harmless(folder, &["diagram", "map.json"]);
+    forged_sizes_are_harmless(folder, &["chart", "map.json"]);
+    let basin = ["basin", "map.json", "--points", "6", "--at", "alpha=1e-4", "--manifolds", "2"];
+    forged_sizes_are_harmless(folder, &basin);
+    let branch = ["branch", "map.json", "--along", "alpha", "--period", "2"];
+    forged_sizes_are_harmless(folder, &branch);
+}
+
+#[test]
+fn a_folder_of_forged_sizes_cannot_be_unpacked() {
+    // No reason for the end, then the number of files, the length of a name, and that of a file.
+    let ends = [&[0][..], &[0, 1], &[1], &[0, 1, 1, b'a']];
+    for (end, huge) in ends.iter().flat_map(|end| HUGE.map(|huge| (end, huge))) {
+        assert_eq!(unpack_folder(&[end, huge].concat()), None, "{end:?}, {huge:?}");
+    }
+    assert!(unpack_folder(&[0, 1, 1, b'a', 0]).is_some());
 }
