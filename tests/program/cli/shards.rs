@@ -5,6 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use grazemap::report::{pieces_from_bytes, pieces_to_bytes, unpack_folder};
+
 use super::resuming::files;
 use super::{grazemap, scratch, text};
 
@@ -157,4 +159,84 @@ fn the_task_of_a_job_array_is_a_shard() {
         assert_eq!(code, Some(2));
         assert!(said.contains(word), "{said}");
     }
+}
+
+/// Numbers as pieces hold them: 2^64 - 1, 2^40 and 2^31, far more than a piece can have entries.
+const HUGE: [&[u8]; 3] = [
+    &[0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01],
+    &[0x80, 0x80, 0x80, 0x80, 0x80, 0x20],
+    &[0x80, 0x80, 0x80, 0x80, 0x08],
+];
+
+/// Number of iterates that the commands of this test keep.
+const KEEP: u8 = 13;
+
+/// Changes of one piece, each a place and what stands there instead of a byte: numbers of iterates,
+/// sizes at the start, and some other bytes.
+fn changes(piece: &[u8]) -> Vec<(usize, &'static [u8])> {
+    let counts = (0..piece.len()).filter(|&at| piece[at] == KEEP);
+    let counts = counts.flat_map(|at| HUGE.map(|huge| (at, huge)));
+    let spread = (1..=4).map(|number| number * piece.len() / 5);
+    let others = (0..piece.len().min(4)).chain(spread).enumerate();
+    counts.chain(others.map(|(number, at)| (at, HUGE[number % HUGE.len()]))).collect()
+}
+
+/// Merges a file of one shard with a huge number at places of one or more of its pieces and with
+/// their digests written anew. Every merge ends by itself with 2 GB of memory and without a panic.
+#[cfg(unix)]
+fn forged_sizes_are_harmless(folder: &Path, command: &[&str], changed: usize) {
+    let file = folder.join(&shards(folder, command, 1, "pieces")[0]);
+    let whole = fs::read(&file).expect("readable");
+    let pieces = pieces_from_bytes(&whole).expect("a whole file");
+    // The piece without a place is the header.
+    let places: Vec<_> = pieces.keys().filter(|place| !place.is_empty()).collect();
+    let step = places.len().div_ceil(changed).max(1);
+    assert!(!places.is_empty(), "{command:?}");
+    for place in places.into_iter().step_by(step) {
+        for (at, huge) in changes(&pieces[place]) {
+            let mut forged = pieces.clone();
+            let piece = forged.get_mut(place).expect("a piece of this file");
+            piece.splice(at..at + 1, huge.iter().copied());
+            fs::write(&file, pieces_to_bytes(&forged)).expect("writable");
+            let call = "ulimit -v 2000000 && exec \"$0\" \"$@\"";
+            let mut merge = Command::new("sh");
+            merge.args(["-c", call, env!("CARGO_BIN_EXE_grazemap"), "merge", "-q", "-o", "forged"]);
+            let output = merge.arg(&file).args(["--threads", "1"]).current_dir(folder).output();
+            let output = output.expect("a shell can be started");
+            let said = text(&output.stderr);
+            let case = format!("{command:?}, piece {place:?}, byte {at}");
+            assert!(matches!(output.status.code(), Some(0..=2)), "{case}: {said}");
+            assert!(!said.contains("panicked") && said.len() < 10_000, "{case}: {said}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn forged_sizes_of_pieces_neither_panic_nor_take_memory() {
+    let folder = scratch();
+    let folder = folder.path();
+    let tables = format!(
+        "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 3e-4]\npoints = 12\n\
+         transient = 20\nkeep = {KEEP}\nwith = [\"map\"]\n\
+         [[chart]]\nparameters = [\"omega\", \"alpha\"]\nranges = [[-1e-3, 1e-3], [-1e-4, 3e-4]]\n\
+         points = [6, 4]\ntransient = 20\nkeep = {KEEP}\n"
+    );
+    map_with(folder, &tables);
+    forged_sizes_are_harmless(folder, &["diagram", "map.json"], 3);
+    forged_sizes_are_harmless(folder, &["chart", "map.json"], 2);
+    let basin = ["basin", "map.json", "--points", "6", "--at", "alpha=1e-4"];
+    forged_sizes_are_harmless(folder, &basin, 1);
+    let branch = ["branch", "map.json", "--along", "alpha", "--period", "2"];
+    forged_sizes_are_harmless(folder, &branch, 1);
+}
+
+#[test]
+fn a_folder_of_forged_sizes_cannot_be_unpacked() {
+    // No reason for the end, then the number of files, the length of a name, and that of a file.
+    let ends = [&[0][..], &[0, 1], &[1], &[0, 1, 1, b'a']];
+    for (end, huge) in ends.iter().flat_map(|end| HUGE.map(|huge| (end, huge))) {
+        assert_eq!(unpack_folder(&[end, huge].concat()), None, "{end:?}, {huge:?}");
+    }
+    assert!(unpack_folder(&[0, 1, 1, b'a', 0]).is_some());
 }

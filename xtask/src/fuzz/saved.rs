@@ -1,11 +1,13 @@
 //! Saved files with changes that a slip, a full disk or an attacker could make: orbits, maps,
-//! pieces of shards, and atlases. The digest of every second changed atlas is forged.
+//! pieces of shards, and atlases. The digests of every second changed atlas and of every second
+//! changed file of pieces are forged.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 use grazemap::model::Digest;
+use grazemap::report::{pieces_from_bytes, pieces_to_bytes};
 
 use super::mutation::VALUES;
 use crate::random::Random;
@@ -34,6 +36,9 @@ const ORBIT: &[&[&str]] = &[
 const MERGE: &[&[&str]] =
     &[&["merge", "diagram-1-of-2.pieces", "diagram-2-of-2.pieces", "-o", "out"]];
 
+/// Call that takes the results from the one file of a shard.
+const ALONE: &[&[&str]] = &[&["merge", "FILE", "-o", "out"]];
+
 /// Call that goes on with an atlas.
 const LOAD: &[&[&str]] =
     &[&["atlas", "linear", "--load", "FILE", "--boxes", "5", "--points", "20"]];
@@ -42,7 +47,7 @@ const LOAD: &[&[&str]] =
 const ATLAS: &str = "grazemap atlas 1\n";
 
 /// All kinds of files.
-const KINDS: [Kind; 8] = [
+const KINDS: [Kind; 11] = [
     Kind {
         file: "orbit.json",
         written: &["locate", "linear", "--json", "orbit.json"],
@@ -88,6 +93,54 @@ const KINDS: [Kind; 8] = [
     },
     Kind { file: "diagram-1-of-2.pieces", written: &SHARDS[0], read: MERGE },
     Kind { file: "diagram-2-of-2.pieces", written: &SHARDS[1], read: MERGE },
+    Kind {
+        file: "chart-1-of-1.pieces",
+        written: &[
+            "chart",
+            "linear",
+            "--plane",
+            "alpha,omega",
+            "--points",
+            "6",
+            "--shard",
+            "1/1",
+            "-o",
+            ".",
+            LOW[0],
+            LOW[1],
+            LOW[2],
+            LOW[3],
+        ],
+        read: ALONE,
+    },
+    Kind {
+        file: "basin-1-of-1.pieces",
+        written: &[
+            "basin",
+            "linear",
+            "--points",
+            "9",
+            "--at",
+            "alpha=1e-4",
+            "--shard",
+            "1/1",
+            "-o",
+            ".",
+            LOW[0],
+            LOW[1],
+            LOW[2],
+            LOW[3],
+        ],
+        read: ALONE,
+    },
+    Kind {
+        file: "branch-1-of-1.pieces",
+        written: &[
+            "branch", "linear", "--along", "alpha", "--period", "2", "--shard", "1/1", "-o", ".",
+            LOW[0], LOW[1], LOW[2], LOW[3],
+        ],
+        read: ALONE,
+    },
     Kind {
         file: "linear.atlas",
         written: &["atlas", "linear", "--save", "linear.atlas", "--boxes", "9", "--points", "20"],
@@ -162,11 +215,14 @@ impl Saved {
         let place = random.below(KINDS.len());
         let Kind { file, read, .. } = KINDS[place];
         let before = self.contents[place].clone();
+        let forged = random.one_in(2);
         let mut content = before.clone();
-        for _ in 0..1 + random.below(3) {
-            change(&mut content, &mut random);
+        if !(forged && forge_piece(&mut content, &mut random)) {
+            for _ in 0..1 + random.below(3) {
+                change(&mut content, &mut random);
+            }
         }
-        if random.one_in(2) {
+        if forged {
             forge(&mut content);
         }
         let words = random.of(read).iter().map(|&word| if word == "FILE" { file } else { word });
@@ -199,6 +255,35 @@ fn change(content: &mut Vec<u8>, random: &mut Random) {
         6 => content.truncate(from),
         _ => drop(content.splice(from..from, random.of(&INSERTED).bytes())),
     }
+}
+
+/// Numbers as pieces hold them, which are much larger than any count in a piece.
+const HUGE: [&[u8]; 4] = [
+    &[0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01],
+    &[0x80, 0x80, 0x80, 0x80, 0x80, 0x20],
+    &[0x80, 0x80, 0x80, 0x80, 0x08],
+    &[0xff, 0xff, 0x7f],
+];
+
+/// Changes one record of a file of pieces and writes its digest anew; `false` for other files.
+fn forge_piece(content: &mut Vec<u8>, random: &mut Random) -> bool {
+    let Some(mut pieces) = pieces_from_bytes(content).filter(|pieces| !pieces.is_empty()) else {
+        return false;
+    };
+    let number = random.below(pieces.len());
+    let Some(piece) = pieces.values_mut().nth(number).filter(|piece| !piece.is_empty()) else {
+        return false;
+    };
+    if random.one_in(2) {
+        change(piece, random);
+    } else {
+        // Sizes are at the start of a piece.
+        let end = if random.one_in(2) { piece.len().min(8) } else { piece.len() };
+        let from = random.below(end);
+        piece.splice(from..from + 1, random.of(&HUGE).iter().copied());
+    }
+    *content = pieces_to_bytes(&pieces);
+    true
 }
 
 /// Writes the digest of a changed atlas.

@@ -209,7 +209,7 @@ impl Settled<'_> {
         Err(format!("{end:?}, though orbits stay: {stays:?}"))
     }
 
-    /// Where an orbit is after the time watched; `None` if it left its bound or cannot begin.
+    /// State of an orbit after the time watched; `None` if it left its bound or cannot begin.
     fn bounded(&self, start: &[f64], period: f64) -> Option<Vec<f64>> {
         let mut orbit = self.simulator.clone();
         orbit.place(start);

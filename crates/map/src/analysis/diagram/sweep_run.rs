@@ -105,6 +105,8 @@ struct KeptVisits<'a> {
     round: usize,
     /// Length of a state.
     dimension: usize,
+    /// Largest number of values at a point.
+    keep: usize,
     progress: &'a dyn Progress,
 }
 
@@ -116,8 +118,11 @@ impl KeptVisits<'_> {
     /// Visit of a value in an earlier run.
     fn recall(&self, value: usize) -> Option<Visit> {
         recalled(self.progress, &self.place(value), |visit: &Visit| {
+            let DiagramPoint { kept, values, .. } = &visit.point;
             let carried = visit.carried.as_ref();
-            carried.is_none_or(|state| state.len() == self.dimension)
+            *kept <= self.keep
+                && values.len() <= *kept
+                && carried.is_none_or(|state| state.len() == self.dimension)
         })
     }
 
@@ -166,16 +171,21 @@ impl<'a> SweepRun<'a> {
             carried,
             guessed: true,
         });
-        let pieces = KeptVisits { round: 0, dimension: self.request.orbit.scales.len(), progress };
+        let pieces = self.kept_visits(progress);
         self.advance(&fronts.collect::<Vec<_>>(), &pieces);
+    }
+
+    /// Visits that an earlier run kept, of the first round.
+    fn kept_visits<'p>(&self, progress: &'p dyn Progress) -> KeptVisits<'p> {
+        let OrbitRequest { scales, keep, .. } = &self.request.orbit;
+        KeptVisits { round: 0, dimension: scales.len(), keep: *keep, progress }
     }
 
     /// Carries the last state of every segment into the next until nothing changes; for a share of
     /// the segments, as far as the result does not depend on earlier segments.
     fn correct(&mut self, segments: Range<usize>, progress: &dyn Progress) {
         let mut changed: Vec<usize> = segments.clone().skip(1).collect();
-        let mut pieces =
-            KeptVisits { round: 0, dimension: self.request.orbit.scales.len(), progress };
+        let mut pieces = self.kept_visits(progress);
         while !changed.is_empty() {
             pieces.round += 1;
             let corrected = changed.iter().map(|&segment| self.corrected(segment));
