@@ -202,7 +202,7 @@ fn claims(window: &MeasuredWindow) -> Vec<f64> {
 
 /// An adversary with other means than the measurement: random points, points on faces and on the
 /// verge of contact, and ascents by mutations. The longer attack is `guarded -- bound` of the
-/// examples.
+/// studies.
 #[test]
 fn an_adversary_finds_no_point_of_a_window_that_errs_more_than_is_claimed() {
     // Moving stops and second contacts have depths that the map errs in, the flight of the fourth

@@ -103,7 +103,7 @@ impl Settled<'_> {
             }
             (end, _) => return self.is_unbounded(period, end),
         };
-        let size = state.iter().fold(1.0f64, |size, value| size.max(value.abs()));
+        let size = size(&state);
         let Some(returns) = self.returns(&state, is_tangency, period) else { return Ok(()) };
         let closes = |number: usize| apart(&returns[number].state, &state) / size;
         let returned = (0..returns.len()).find(|&number| closes(number) < SETTLED);
@@ -132,7 +132,7 @@ impl Settled<'_> {
             }
             // NOTE: where a mass comes to rest, contacts behind the first are section points of no
             // fixed choice; the motion itself closes.
-            (Period::Periodic(_), _) if self.chatters(&returns) && self.closes(&state, period) => {
+            (Period::Periodic(_), _) if self.chatters(&returns) && self.repeats(&state, period) => {
                 tally.chatters += 1;
                 Ok(())
             }
@@ -154,12 +154,12 @@ impl Settled<'_> {
 
     /// Whether the motion from a section point comes back after the forcing periods of the orbit's
     /// name, without any section.
-    fn closes(&self, state: &[f64], period: f64) -> bool {
+    fn repeats(&self, state: &[f64], period: f64) -> bool {
         let Some(name) = &self.point.orbit else { return false };
         let mut orbit = self.simulator.clone();
         orbit.place(state);
         let is_free = (0..orbit.oscillator.stops.len()).all(|stop| orbit.gap(stop).0 > 0.0);
-        let size = state.iter().fold(1.0f64, |size, value| size.max(value.abs()));
+        let size = size(state);
         is_free
             && orbit.advance(period * name.periods as f64).is_ok()
             && apart(&reduced(&orbit.state, state), state) / size < SETTLED
@@ -225,6 +225,11 @@ impl Settled<'_> {
         }
         Some(orbit.state)
     }
+}
+
+/// Size of a state, with which its differences are compared.
+fn size(state: &[f64]) -> f64 {
+    state.iter().fold(1.0f64, |size, value| size.max(value.abs()))
 }
 
 /// Return to the section.
