@@ -15,7 +15,7 @@ use grazemap::model::{DiagramRequest, Method, Observable, Starts};
 
 use crate::Case;
 use crate::support::exact_flight::{Oscillator, SLOW, drawn};
-use crate::support::scenes;
+use crate::support::{scenes, tiers};
 
 const PHASE_NOT_REDUCED: &str = include_str!("../../gallery/outside/scenes/undamped.toml");
 const BILINEAR_RIG: &str = include_str!("../../gallery/outside/scenes/bilinear_rig.toml");
@@ -39,8 +39,8 @@ fn settled(case: &Case, offset: f64, start: &[(&str, f64)], observe: Observable)
     found.expect("a good scene").sweeps[0].points[0].clone()
 }
 
-/// Number of oscillators compared; `LINEAR_OSCILLATORS` sets a larger one.
-const OSCILLATORS: usize = 6;
+/// Number of oscillators compared: of a part, and of the whole list.
+const OSCILLATORS: [usize; 2] = [6, 200];
 
 /// Period of an oscillator's attractor by exact flight, and the differences found by diagrams on
 /// both sections.
@@ -111,8 +111,8 @@ fn differs(
 
 #[test]
 fn attractors_have_the_periods_hits_and_speeds_of_exact_flight_on_both_sections() {
-    let asked = std::env::var("LINEAR_OSCILLATORS").ok().and_then(|number| number.parse().ok());
-    let all: Vec<_> = (0..asked.unwrap_or(OSCILLATORS)).map(compared).collect();
+    let count = tiers::count(OSCILLATORS[0], OSCILLATORS[1]);
+    let all: Vec<_> = (0..count).map(compared).collect();
     let wrong: Vec<&String> = all.iter().flat_map(|(_, wrong)| wrong).collect();
     assert!(wrong.is_empty(), "{}: {wrong:#?}", wrong.len());
     assert!(all.iter().any(|(periods, _)| periods.is_some_and(|periods| periods > 1)));

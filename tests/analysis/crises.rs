@@ -107,6 +107,7 @@ fn seven_bands_of_the_map_end_at_its_crisis() {
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn seven_bands_of_direct_simulation_end_at_its_crisis() {
     let map = beam();
     let locus = crisis(&map, true);

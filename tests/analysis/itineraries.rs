@@ -17,6 +17,7 @@ use serde_json::Value;
 use crate::support::foale::Foale;
 use crate::support::reference::{exact, number, read};
 use crate::support::scenes::{orbit, scene_with};
+use crate::support::tiers;
 
 /// A scene with its grazing orbit and its map.
 struct Subject {
@@ -238,7 +239,7 @@ fn loci_of_folds_and_flips_leave_the_codimension_two_point_as_foales_do() {
         ("1", BifurcationKind::Flip, [1e-4, 3e-4, 1e-3]),
         ("10", BifurcationKind::Fold, [1e-4, 3e-4, 1e-3]),
     ];
-    for (digits, kind, offsets) in cases {
+    for &(digits, kind, offsets) in tiers::part(&cases, 1) {
         let truth = |unfolding: f64| {
             let form = Foale::unfolded(|name| subject.parameter(name), unfolding, digits.len());
             let alpha = match kind {

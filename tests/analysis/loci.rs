@@ -9,6 +9,7 @@ use grazemap::prelude::{FindGraze, Scene};
 
 use crate::support::foale::Foale;
 use crate::support::scenes::parsed;
+use crate::support::tiers;
 
 /// `x'' + 0.04 x' + x = A cos(w t) − 1` below a stop at 0, `r = 0.9`, where `ξ_2 = 0`.
 const VIVID: &str = include_str!("../data/loci/vivid.toml");
@@ -208,7 +209,7 @@ fn highest_between(omega: f64, [zeta, r]: [f64; 2], returns: usize, speed: f64) 
 #[test]
 fn grazes_of_orbits_with_impacts_are_those_of_the_closed_form() {
     let map = map_of(Scene::load("scenes/linear_codim2.toml").expect("a scene"));
-    for direct in [false, true] {
+    for &direct in tiers::part(&[false, true], 1) {
         let loci = found(&map, &["10"], &[LocusKind::Graze], 1e-3, direct);
         let graze = of_kind(&loci, LocusKind::Graze, "01");
         let begun_later = found(&map, &["01"], &[LocusKind::Graze], 1e-3, direct);
@@ -237,7 +238,8 @@ fn grazes_of_orbits_with_impacts_are_those_of_the_closed_form() {
 
 #[test]
 fn a_compliant_stop_has_its_loci_and_no_tangency() {
-    for (name, kinds) in [("soft_b", vec!["0"]), ("soft_b_stiff", vec!["0", "1", "01"])] {
+    let cases = [("soft_b", vec!["0"]), ("soft_b_stiff", vec!["0", "1", "01"])];
+    for (name, kinds) in tiers::part(&cases, 1) {
         let map = map_of(Scene::load(format!("scenes/{name}.toml")).expect("a scene"));
         let loci = found(&map, &["1", "11"], &[LocusKind::Graze, LocusKind::Flip], 2e-5, false);
         assert!(loci.tangencies.is_empty() && loci.without_kick == [0], "{name}");

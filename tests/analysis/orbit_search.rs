@@ -10,6 +10,7 @@ use grazemap::expansion::{Expander, LocalMap, MapOrders};
 
 use crate::support::scenes::grazing;
 use crate::support::synthetic::Numbers;
+use crate::support::tiers;
 
 /// Random starts of each period.
 const STARTS: usize = 300;
@@ -65,7 +66,9 @@ fn no_orbit_that_a_plain_search_finds_is_missed() {
         ("two_stops_t1_prestressed", (3, 6), [[1e-5, 0.0], [-1e-5, 0.0]]),
     ];
     let (mut numbers, mut compared) = (Numbers::new(5), Vec::new());
-    for (name, orders, parameters) in cases {
+    let mut searched = 0;
+    for &(name, orders, parameters) in tiers::part(&cases, 1) {
+        searched += 1;
         let map = map(name, orders);
         let search = ItinerarySearch::new(&map);
         let longest = 3 / map.passages();
@@ -93,5 +96,5 @@ fn no_orbit_that_a_plain_search_finds_is_missed() {
     }
     compared.sort();
     compared.dedup();
-    assert!(compared.len() >= 12, "{compared:?}");
+    assert!(compared.len() >= 3 * searched, "{compared:?}");
 }

@@ -99,7 +99,7 @@ fn an_interrupted_diagram_goes_on_where_it_was_and_ends_with_the_same_bits() {
 
 #[test]
 fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
-    for chart in [["all", "1", "[30, 20]"], ["borders", "2", "[44, 30]"]] {
+    for chart in [["all", "1", "[12, 8]"], ["borders", "2", "[20, 16]"]] {
         let scene = scene("[\"map\"]", chart);
         let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
         let charts = |progress: &dyn Progress| {

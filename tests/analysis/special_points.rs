@@ -1,7 +1,5 @@
 //! Special points of branches of direct simulation for random linear oscillators, against exact
 //! flight between impacts and Foale's closed form of orbits with one impact.
-//!
-//! `BRANCH_OSCILLATORS` sets the number of oscillators.
 
 use std::f64::consts::TAU;
 
@@ -14,9 +12,10 @@ use grazemap::prelude::{FindGraze, Map};
 use crate::support::exact_flight::{Motion, Oscillator, drawn};
 use crate::support::foale::Foale;
 use crate::support::scenes::scene_with;
+use crate::support::tiers;
 
-/// Number of oscillators in a test run.
-const OSCILLATORS: usize = 6;
+/// Number of oscillators compared: of a part, and of the whole list.
+const OSCILLATORS: [usize; 2] = [3, 100];
 /// Longest itinerary that is followed, in returns.
 const LONGEST: usize = 2;
 /// Forcing periods of the orbits with one impact that are compared.
@@ -154,8 +153,7 @@ fn behind(oscillator: &Oscillator, from: Motion, within: f64) -> Option<Motion> 
 
 #[test]
 fn special_points_of_random_oscillators_have_the_multipliers_of_their_labels_and_none_is_missing() {
-    let count = std::env::var("BRANCH_OSCILLATORS").ok().and_then(|count| count.parse().ok());
-    let count: usize = count.unwrap_or(OSCILLATORS);
+    let count = tiers::count(OSCILLATORS[0], OSCILLATORS[1]);
     let (mut looked_at, mut compared, mut wrong) = (0, 0, Vec::new());
     for number in 0..count {
         let case = Case::new(number);

@@ -2,7 +2,7 @@
 //! maps equal the interpreted ones.
 //!
 //! `UPDATE_GENERATED=1 cargo test --test emission generated::` rewrites the crate.
-//! `CATALOGUE_MAPS=1` compiles the maps of the whole catalogue.
+//! `.ci/full` compiles the maps of the whole catalogue.
 
 use std::fs;
 use std::path::Path;
@@ -17,6 +17,7 @@ use xtask::generated::{SCENES, emitted, map_of};
 use crate::rust::agree;
 use crate::support::driver::{answers, optimised, rustc};
 use crate::support::synthetic::Numbers;
+use crate::support::tiers;
 
 #[test]
 fn the_generated_crate_is_current() {
@@ -72,10 +73,8 @@ fn points(map: &Map) -> Vec<[Vec<f64>; 2]> {
 
 #[test]
 fn compiled_maps_of_the_catalogue_equal_the_interpreted_ones() {
-    let names: Vec<&str> = match std::env::var_os("CATALOGUE_MAPS") {
-        Some(_) => catalogue::names().collect(),
-        None => SCENES.to_vec(),
-    };
+    let all = || catalogue::names().collect();
+    let names: Vec<&str> = if tiers::are_whole() { all() } else { SCENES.to_vec() };
     let emissions: Vec<_> = names.iter().map(|name| emission(name)).collect();
     let modules: Vec<EmittedModule> =
         emissions.iter().map(|(_, module, _)| module.clone()).collect();

@@ -13,6 +13,7 @@ use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
 
 use crate::support::scenes::grazing;
+use crate::support::tiers;
 
 struct Case {
     scene: Scene,
@@ -85,7 +86,9 @@ fn economised_maps_err_several_times_less_at_the_same_monomials() {
     ];
     let contact_weight = 6;
     let mut logarithms = 0.0;
-    for (name, smooth_order) in scenes {
+    let mut count = 0;
+    for &(name, smooth_order) in tiers::part(&scenes, 4) {
+        count += 1;
         let case = Case::new(name);
         let orders = MapOrders { smooth_order, contact_weight };
         let (maps, points) = case.maps(orders);
@@ -100,7 +103,7 @@ fn economised_maps_err_several_times_less_at_the_same_monomials() {
             assert_eq!(taylor.nonzero(), economised.nonzero());
         }
     }
-    let mean = (logarithms / scenes.len() as f64).exp();
+    let mean = (logarithms / f64::from(count)).exp();
     println!("geometric mean of the gains: {mean:.1}");
     assert!(mean > 4.0, "{mean}");
 }

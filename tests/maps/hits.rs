@@ -7,6 +7,8 @@ use grazemap::numeric::Dd;
 use grazemap::pipeline::{FindGraze as _, Settled, StudyRequest};
 use grazemap::{Scene, analysis::NoProgress};
 
+use crate::support::tiers;
+
 /// Scenes of the catalogue and of `tests/data/hits`: one stop hit twice and the other grazed, one
 /// stop hit and grazed, a compliant stop hit and a rigid one grazed, and a stop grazed after hits of
 /// both.
@@ -45,7 +47,7 @@ fn a_point_beside_the_grazing_orbit_returns_with_its_hits() {
 
 #[test]
 fn errors_fall_at_the_rate_of_the_orders() {
-    for name in SCENES {
+    for name in tiers::part(&SCENES, 1) {
         let request = StudyRequest { fresh: 0, sections: false, chosen: None };
         let study = settled(name, "").study(&request, &NoProgress).expect("a study");
         let low = study.orders.iter().filter(|at| {

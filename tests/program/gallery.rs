@@ -65,11 +65,13 @@ fn the_numbers_of_thota_zhao_and_dankowicz_are_reproduced() {
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn the_numbers_of_the_cantilever_are_reproduced() {
     reproduces("cantilever");
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn the_numbers_of_soft_impacts_are_reproduced() {
     reproduces("kundu2012");
 }
@@ -80,11 +82,13 @@ fn the_numbers_of_foale_are_reproduced() {
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn the_numbers_of_systems_from_outside_are_reproduced() {
     reproduces("outside");
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn the_orbits_of_two_masses_are_reproduced() {
     reproduces("two_masses");
 }

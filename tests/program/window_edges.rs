@@ -11,6 +11,7 @@ use grazemap::numeric::Dd;
 
 use crate::cli::{grazemap, scratch};
 use crate::support::scenes::{orbit, scene_with};
+use crate::support::tiers;
 
 fn said(output: &Output) -> String {
     assert!(output.status.success(), "{output:?}");
@@ -95,7 +96,8 @@ fn a_stop_too_stiff_for_its_window_is_said_by_every_command_that_maps() {
 #[test]
 fn no_scene_of_the_catalogue_has_a_window_deeper_than_its_map() {
     let folder = scratch();
-    for name in catalogue::names() {
+    let names: Vec<&str> = catalogue::names().collect();
+    for name in tiers::part(&names, 12) {
         let warned = said(&grazemap(folder.path(), &["expand", name]));
         assert!(!warned.contains("at the edge of the window"), "{name}: {warned}");
     }

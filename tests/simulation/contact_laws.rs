@@ -3,13 +3,14 @@
 //!
 //! Elastic forces that harden, soften or saturate, rate terms, adhesion and prestress, each
 //! released at the surface or at zero force. Pieces of an orbit start from the same state, so that
-//! differences do not grow. `CONTACT_LAWS=200` runs the whole campaign.
+//! differences do not grow. The whole campaign is of `.ci/full`.
 
 use grazemap::hybrid::{Event, EventKind, HybridSystem, Outcome, Regime, Simulator};
 use grazemap::numeric::{Dd, Scalar};
 use xtask::independent::{Failure, Kind, Mode, Oscillator, Simulator as Independent};
 
 use crate::support::scenes::{NONE, parsed};
+use crate::support::tiers;
 
 /// Number of contacts compared for each law, and largest number of periods for them.
 const CONTACTS: usize = 50;
@@ -17,7 +18,7 @@ const PERIODS: usize = 150;
 
 /// Factor of contacts and periods in a whole campaign.
 fn campaign() -> usize {
-    if std::env::var("CONTACT_LAWS").is_ok() { 2 } else { 1 }
+    tiers::count(1, 2)
 }
 
 /// Speed below which a contact is a graze to rounding, which may be met or missed.
@@ -200,8 +201,7 @@ fn difference(
 
 #[test]
 fn random_contact_laws_act_as_an_independent_integration_says() {
-    let laws = std::env::var("CONTACT_LAWS").ok().and_then(|laws| laws.parse().ok());
-    let laws: u64 = laws.unwrap_or(8);
+    let laws = tiers::count(8, 200) as u64;
     let mut tally = Tally::default();
     for law in 0..laws {
         let mut numbers = Numbers(law * 1_000_003 + 39);

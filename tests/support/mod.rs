@@ -11,6 +11,7 @@ pub(crate) mod soft;
 pub(crate) mod stages;
 pub(crate) mod synthetic;
 pub(crate) mod systems;
+pub(crate) mod tiers;
 
 use std::io::Write as _;
 
