@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use grazemap::analysis::{Joining, Progress};
 use grazemap::pipeline::{Command, RunWatch, Source, run};
+use grazemap::report::PictureForm;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -78,7 +79,9 @@ pub(crate) fn report(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<String> {
     let source = source.source();
-    compute(py, progress, move |progress| run(source, folder, &Told(progress)))
+    compute(py, progress, move |progress| {
+        run(source, folder, PictureForm::default(), &Told(progress))
+    })
 }
 
 /// Observer of a run that reports to one progress.

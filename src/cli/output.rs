@@ -17,8 +17,8 @@ use grazemap::model::SceneHeadline;
 use grazemap::numeric::INSTRUCTION_LIMIT;
 use grazemap::pipeline::{Answer, refuse_memory};
 use grazemap::report::{
-    Journal, OutputFolder, ReportError, ShardError, Table, check_creatable, check_writable,
-    replaced_path, write_streamed,
+    Journal, OutputFolder, PictureForm, ReportError, ShardError, Table, check_creatable,
+    check_writable, replaced_path, write_streamed,
 };
 
 /// Destinations of a command's results.
@@ -33,9 +33,47 @@ pub(in crate::cli) struct Outlets {
     /// Write all result files into this folder
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub(in crate::cli) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(in crate::cli) pictures: PictureOptions,
     /// Print errors only
     #[arg(short = 'q', long = "quiet")]
     pub(in crate::cli) quiet: bool,
+}
+
+/// Form of the figures in the folder of results.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
+pub(in crate::cli) struct PictureOptions {
+    /// Width and height of figures in millimetres, 42 to 1058 each, as 84x60
+    #[arg(long, value_name = "WxH", value_parser = size_of, requires = "output")]
+    pub(in crate::cli) size: Option<(u32, u32)>,
+    /// Dots per inch of PNG figures. Default: 192
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(24..=1200),
+        requires = "output")]
+    pub(in crate::cli) dpi: Option<u32>,
+    /// Write figures as PDF too
+    #[arg(long, requires = "output")]
+    pub(in crate::cli) pdf: bool,
+}
+
+/// Sides in CSS pixels, 96 to the inch, from `WIDTHxHEIGHT` in millimetres.
+fn size_of(text: &str) -> Result<(u32, u32), String> {
+    let side = |text: &str| {
+        let pixels = text.trim().parse::<f64>().ok()? * 96.0 / 25.4;
+        (158.0..=4000.0).contains(&pixels).then(|| (pixels.round() as u32).max(160))
+    };
+    let sides =
+        text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides.ok_or_else(|| {
+        "expected a width and a height from 42 to 1058 millimetres, such as 84x60".to_owned()
+    })
+}
+
+impl PictureOptions {
+    pub(in crate::cli) fn form(self) -> PictureForm {
+        let usual = PictureForm::default();
+        let dots_per_inch = self.dpi.unwrap_or(usual.dots_per_inch);
+        PictureForm { size: self.size, dots_per_inch, has_pdf: self.pdf }
+    }
 }
 
 /// Destination of `--json` or `--csv`.
@@ -140,6 +178,13 @@ impl Write for Reader {
 }
 
 impl Outlets {
+    /// Folder of the results, created, with figures in the form of the options; `None` if none is
+    /// asked for.
+    pub(in crate::cli) fn results(&self) -> Result<Option<OutputFolder>, CliError> {
+        let made = self.output.as_ref().map(OutputFolder::create).transpose()?;
+        Ok(made.map(|folder| folder.with_pictures(self.pictures.form())))
+    }
+
     /// Folder of the journal: the folder of the results, or the user's cache if no result is a
     /// file.
     pub(in crate::cli) fn folder(&self) -> Option<PathBuf> {
@@ -254,9 +299,8 @@ impl Results {
         command: &'static str,
         outlets: &Outlets,
     ) -> Result<(), CliError> {
-        if let Some(folder) = &outlets.output {
-            OutputFolder::create(folder)?
-                .write_all(self.files.iter().map(|(name, bytes)| (name, bytes)))?;
+        if let Some(folder) = outlets.results()? {
+            folder.write_all(self.files.iter().map(|(name, bytes)| (name, bytes)))?;
         }
         if let Some(destination) = &outlets.json {
             destination.write(&self.json)?;
@@ -277,7 +321,7 @@ pub(in crate::cli) fn deliver(
     outlets: &Outlets,
 ) -> Result<(), CliError> {
     let files = match outlets.output.is_some() {
-        true => answer.files().map_err(Error::from)?,
+        true => answer.files(&outlets.pictures.form()).map_err(Error::from)?,
         false => Vec::new(),
     };
     let csv = answer.table().filter(|_| outlets.csv.is_some());

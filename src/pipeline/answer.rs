@@ -5,7 +5,9 @@ use super::{Ended, Map};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
-use crate::report::{Figure, Page, ReportError, Table, edge_words, pictures, window_remark};
+use crate::report::{
+    Figure, Page, PictureForm, ReportError, Table, edge_words, pictures, window_remark,
+};
 
 /// Results of a command, laid out.
 #[derive(Clone, Debug)]
@@ -63,20 +65,20 @@ impl Answer {
         self.tables.last().map(|(_, table)| table)
     }
 
-    /// Document, tables, figures and page as files by name. A figure that cannot be drawn becomes a
-    /// remark.
+    /// Document, tables, figures in a form and page as files by name. A figure that cannot be drawn
+    /// becomes a remark.
     ///
     /// # Errors
     ///
     /// [`ReportError::Csv`] for a table without columns; errors of [`Page::to_html`].
-    pub fn files(&mut self) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    pub fn files(&mut self, form: &PictureForm) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
         let document = self.timeless.as_ref().unwrap_or(&self.document);
         let mut files = vec![(format!("{}.json", self.stem), document.clone().into_bytes())];
         for (name, table) in &self.tables {
             files.push((format!("{name}.csv"), table.to_csv()?.into_bytes()));
         }
         let figures = self.figures.iter().map(|(name, figure)| (&**name, figure));
-        let (drawn, remarks) = pictures(figures);
+        let (drawn, remarks) = pictures(figures, form);
         files.extend(drawn);
         if let Some(page) = &self.page {
             files.push((format!("{}.html", self.stem), page.to_html()?.into_bytes()));

@@ -20,8 +20,8 @@ use crate::emission::{EmittedCrate, Target};
 use crate::expansion::check_orders;
 use crate::model::{Digest, Method};
 use crate::report::{
-    CrateSummary, GrazeStudy, OrbitListing, OutputFolder, RunPage, StageTime, basin_warnings,
-    chart_warnings, diagram_warnings, run_page, time_series_figures, to_json,
+    CrateSummary, GrazeStudy, OrbitListing, OutputFolder, PictureForm, RunPage, StageTime,
+    basin_warnings, chart_warnings, diagram_warnings, run_page, time_series_figures, to_json,
 };
 
 /// Observer of a run. Also keeps its pieces.
@@ -97,7 +97,12 @@ struct SweepTimes {
 /// Errors of every step; [`Error::Report`] if a file cannot be written, [`Error::Emission`] if the
 /// folder holds a crate that is not an emission, [`Error::Memory`] for results that exceed the
 /// machine's memory.
-pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<String, Error> {
+pub fn run(
+    source: Source,
+    folder: PathBuf,
+    form: PictureForm,
+    watch: &dyn RunWatch,
+) -> Result<String, Error> {
     let mut clock = Clock { watch, stages: Vec::new() };
     let remarks = |remarks: Vec<String>| remarks.iter().for_each(|words| watch.remark(words));
     let memory = |bytes| -> Result<(), Error> {
@@ -111,7 +116,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
     memory(diagrams_bytes(scene).saturating_add(charts_bytes(scene)))?;
     let crate_folder = folder.join("crate");
     EmittedCrate::refuse_foreign(&crate_folder, &Target::Rust.files(&scene.identifier))?;
-    let folder = OutputFolder::create(folder)?;
+    let folder = OutputFolder::create(folder)?.with_pictures(form);
     folder.write("scene.toml", &*scene.text)?;
 
     let saved = match &source {
@@ -155,7 +160,7 @@ pub fn run(source: Source, folder: PathBuf, watch: &dyn RunWatch) -> Result<Stri
         map.settled().study(&request, &*watch.progress("convergence", 2))
     })?;
     let mut answer = study_answer(&study, &map.section())?;
-    folder.write_all(answer.files()?)?;
+    folder.write_all(answer.files(folder.pictures())?)?;
     remarks(answer.remarks);
 
     remarks(map.diagram_offset_remarks());
@@ -233,7 +238,7 @@ fn write_trajectory(
     let (request, _) = TrajectoryKeys::default().request(settled, &NoProgress)?;
     let series = time_series(settled.scene(), settled.orbit(), &request, &NoProgress)?;
     let mut answer = trajectory_answer(settled, &request, &series)?;
-    folder.write_all(answer.files()?)?;
+    folder.write_all(answer.files(folder.pictures())?)?;
     answer.remarks.iter().for_each(|words| watch.remark(words));
     Ok(series)
 }

@@ -154,7 +154,8 @@ fn write_both(
     figures: Vec<(String, Figure)>,
 ) -> Result<Vec<String>, Error> {
     let drawn = || {
-        let (files, remarks) = pictures(figures.iter().map(|(stem, figure)| (&**stem, figure)));
+        let named = figures.iter().map(|(stem, figure)| (&**stem, figure));
+        let (files, remarks) = pictures(named, folder.pictures());
         folder.write_all(files).map(|()| remarks)
     };
     let (data, drawn) = parallel::join(data, drawn);

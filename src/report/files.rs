@@ -244,10 +244,39 @@ fn sync_folder(folder: &Path) {
     }
 }
 
+/// Form in which figures are written: SVG and PNG, and PDF where it is asked for.
+///
+/// ```
+/// use grazemap::report::PictureForm;
+///
+/// // A column of a journal, 84 mm by 60 mm, for print.
+/// let side = |millimetres: f64| (millimetres * 96.0 / 25.4).round() as u32;
+/// let size = Some((side(84.0), side(60.0)));
+/// let form = PictureForm { size, dots_per_inch: 600, has_pdf: true };
+/// assert_eq!(form.size, Some((317, 227)));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureForm {
+    /// Width and height in CSS pixels, of which 96 are an inch; `None` for each figure's own.
+    pub size: Option<(u32, u32)>,
+    /// Dots per inch of a PNG, 24 to 1200.
+    pub dots_per_inch: u32,
+    /// Whether a PDF is written too.
+    pub has_pdf: bool,
+}
+
+/// Each figure's own size, 192 dots per inch, no PDF.
+impl Default for PictureForm {
+    fn default() -> Self {
+        Self { size: None, dots_per_inch: 192, has_pdf: false }
+    }
+}
+
 /// Output folder of a run. Files are written atomically; their names are flushed at the end.
 #[derive(Debug)]
 pub struct OutputFolder {
     root: PathBuf,
+    pictures: PictureForm,
     /// Subfolders with new names.
     changed: Mutex<BTreeSet<PathBuf>>,
 }
@@ -269,7 +298,19 @@ impl OutputFolder {
     pub fn create(root: impl Into<PathBuf>) -> Result<Self, ReportError> {
         let root = root.into();
         create_folder(&root)?;
-        Ok(Self { root, changed: Mutex::default() })
+        Ok(Self { root, pictures: PictureForm::default(), changed: Mutex::default() })
+    }
+
+    /// The folder with its figures in another form.
+    #[must_use]
+    pub fn with_pictures(mut self, form: PictureForm) -> Self {
+        self.pictures = form;
+        self
+    }
+
+    /// Form of the folder's figures.
+    pub fn pictures(&self) -> &PictureForm {
+        &self.pictures
     }
 
     /// Path of the folder.
@@ -352,22 +393,27 @@ fn create_folder(path: &Path) -> Result<(), ReportError> {
 /// Files by name, or by path in a folder.
 pub(super) type Files = Vec<(String, Vec<u8>)>;
 
-/// Draws figures as SVG and PNG, by file name without extension, and returns remarks. A figure that
-/// cannot be drawn yields a remark instead of an error.
+/// Draws figures, by file name without extension, and returns remarks. A figure that cannot be drawn
+/// yields a remark instead of an error.
 pub fn pictures<'a>(
     figures: impl IntoIterator<Item = (&'a str, &'a Figure)>,
+    form: &PictureForm,
 ) -> (Files, Vec<String>) {
-    let drawn = parallel::map(figures, |(stem, figure)| picture(stem, figure));
+    let drawn = parallel::map(figures, |(stem, figure)| {
+        let resized = form.size.map(|size| Figure { size, ..figure.clone() });
+        picture(stem, resized.as_ref().unwrap_or(figure), form)
+    });
     let (files, remarks): (Vec<_>, Vec<_>) = drawn.into_iter().unzip();
     (files.concat(), remarks.concat())
 }
 
 /// Draws one figure.
-fn picture(stem: &str, figure: &Figure) -> (Files, Vec<String>) {
+fn picture(stem: &str, figure: &Figure, form: &PictureForm) -> (Files, Vec<String>) {
     let svg = || figure.to_svg().map(String::into_bytes);
-    let (svg, png) = parallel::join(svg, || figure.to_png());
+    let (svg, png) = parallel::join(svg, || figure.to_png(form.dots_per_inch));
+    let pdf = form.has_pdf.then(|| ("pdf", figure.to_pdf()));
     let (mut files, mut remarks) = (Files::new(), Vec::new());
-    for (ending, drawn) in [("svg", svg), ("png", png)] {
+    for (ending, drawn) in [("svg", svg), ("png", png)].into_iter().chain(pdf) {
         let name = format!("{stem}.{ending}");
         match drawn {
             Ok(bytes) => files.push((name, bytes)),

@@ -67,7 +67,7 @@ pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_t
 pub use error::ReportError;
 pub use figure::Figure;
 pub use files::{
-    OutputFolder, check_creatable, check_writable, npy_bytes, pictures, replaced_path,
+    OutputFolder, PictureForm, check_creatable, check_writable, npy_bytes, pictures, replaced_path,
     write_atomically, write_streamed,
 };
 pub use fit_listing::{

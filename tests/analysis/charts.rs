@@ -170,7 +170,7 @@ fn table_array_and_picture_hold_every_cell() {
     let figure = chart_figure(&chart);
     let cells = figure.cells.as_ref().expect("a chart of cells");
     assert_eq!((cells.columns, cells.rows), (4, 3));
-    assert!(figure.to_svg().is_ok() && figure.to_png().is_ok());
+    assert!(figure.to_svg().is_ok() && figure.to_png(192).is_ok());
 }
 
 #[test]

@@ -9,6 +9,7 @@ use grazemap::analysis::periodic::{ContactItinerary, FoundOrbit};
 use grazemap::numeric::Dd;
 use grazemap::pipeline::{SafeKeys, Source};
 use grazemap::prelude::{FindGraze, Map, Scene};
+use grazemap::report::PictureForm;
 use xtask::independent::{self, Simulator};
 
 use crate::support::exact_flight::Oscillator;
@@ -414,8 +415,12 @@ fn safety_tells_from_which_fold_an_attractor_exists() {
     assert!(hits["from"]["label"] == "SN" && hits["to"]["label"].is_null(), "{hits}");
     let from = hits["from"]["value"].as_f64().expect("a number");
     assert!((from / fold - 1.0).abs() < 1e-9, "{from} {fold}");
-    let names: Vec<String> =
-        answer.files().expect("drawn").into_iter().map(|(name, _)| name).collect();
+    let names: Vec<String> = answer
+        .files(&PictureForm::default())
+        .expect("drawn")
+        .into_iter()
+        .map(|(name, _)| name)
+        .collect();
     for name in ["safe.svg", "safe.html", "safe_attractors.csv"] {
         assert!(names.iter().any(|found| found == name), "{names:?}");
     }

@@ -1,4 +1,4 @@
-//! The flat list of shapes that both painters understand, in CSS pixels, `y` downwards; lines are
+//! The flat list of shapes that all painters understand, in CSS pixels, `y` downwards; lines are
 //! cut at the edges of the plot area (Liang and Barsky, 1984).
 
 use super::series::{Marker, Rgb, Stroke};
@@ -56,6 +56,24 @@ pub(super) struct Mosaic {
     pub(super) to: Point,
     pub(super) columns: usize,
     pub(super) colors: Vec<Rgb>,
+}
+
+impl Mosaic {
+    /// Corners of every cell, with its colour.
+    pub(super) fn cells(&self) -> impl Iterator<Item = ((Point, Point), Rgb)> {
+        let rows = self.colors.len() / self.columns;
+        let pitch = (
+            (self.to.0 - self.from.0) / self.columns as f64,
+            (self.to.1 - self.from.1) / rows as f64,
+        );
+        let corner = move |row: usize, column: usize| {
+            (self.from.0 + column as f64 * pitch.0, self.from.1 + row as f64 * pitch.1)
+        };
+        self.colors.iter().enumerate().map(move |(index, &color)| {
+            let (row, column) = (index / self.columns, index % self.columns);
+            ((corner(row, column), corner(row + 1, column + 1)), color)
+        })
+    }
 }
 
 /// One shape.

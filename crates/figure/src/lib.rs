@@ -1,12 +1,14 @@
-//! Figures as plain descriptions, drawn to SVG and PNG.
+//! Figures as plain descriptions, drawn to SVG, PNG and PDF.
 //!
 //! A [`Figure`] describes the contents; the layout turns it into a `Drawing`, a flat list of shapes
-//! in CSS pixels, and two painters turn that list into an SVG and a PNG that look alike. The same
+//! in CSS pixels, and painters turn that list into an SVG, a PNG and a PDF that look alike. The same
 //! figure gives the same bytes.
 //!
 //! Conventions of the field: stable branches solid, unstable ones dashed; axes are offsets, with
 //! the power of ten at the axis label and short ticks; marks such as `G`, `PD`, `SN` stand beside
 //! points.
+
+use std::ops::RangeInclusive;
 
 mod axis;
 mod cells;
@@ -14,6 +16,8 @@ mod content;
 mod drawing;
 mod frame;
 mod labels;
+mod painter;
+mod pdf;
 mod raster;
 mod series;
 mod svg;
@@ -26,6 +30,12 @@ pub use text::{escape_html, symbol};
 
 /// Smallest and largest side of a figure, in CSS pixels.
 const SIDES: (u32, u32) = (160, 4000);
+
+/// Most pixels of a PNG along a side.
+const MOST_PIXELS: u32 = 16_384;
+
+/// Resolutions of a PNG, in dots per inch.
+const RESOLUTIONS: RangeInclusive<u32> = 24..=1200;
 
 /// Description of a picture: axes, series, guides and annotations, or a chart of cells.
 ///
@@ -68,8 +78,7 @@ pub struct Figure {
     /// Meanings of the line patterns, at the end of the legend. With any, names of lines stand
     /// beside solid keys.
     pub strokes: Vec<(Stroke, String)>,
-    /// Width and height in CSS pixels, each from 160 to 4000; the PNG has twice as many pixels a
-    /// side.
+    /// Width and height in CSS pixels, each from 160 to 4000; 96 are an inch.
     pub size: (u32, u32),
 }
 
@@ -128,13 +137,27 @@ impl Figure {
         svg::paint(&self.layout()?.drawing)
     }
 
-    /// The figure as a PNG of twice the figure's size.
+    /// The figure as a PNG with a number of dots per inch; a CSS pixel is the 96th part of an inch,
+    /// so that 192 give twice the figure's size.
     ///
     /// # Errors
     ///
-    /// The errors of [`Figure::to_svg`], and [`FigureError::Bitmap`].
-    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        raster::paint(&self.layout()?.drawing)
+    /// The errors of [`Figure::to_svg`]; [`FigureError::Resolution`] beyond 24 to 1200;
+    /// [`FigureError::Bitmap`] where a side would have over 16 384 pixels.
+    pub fn to_png(&self, dots_per_inch: u32) -> Result<Vec<u8>, FigureError> {
+        if !RESOLUTIONS.contains(&dots_per_inch) {
+            return Err(FigureError::Resolution { asked: dots_per_inch });
+        }
+        raster::paint(&self.layout()?.drawing, f64::from(dots_per_inch) / 96.0)
+    }
+
+    /// The figure as a PDF of one page, with letters as outlines.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`Figure::to_svg`].
+    pub fn to_pdf(&self) -> Result<Vec<u8>, FigureError> {
+        pdf::paint(&self.layout()?.drawing)
     }
 
     /// Thinning of series of many dots: dots that fall in the same cell are drawn once, as a
@@ -204,9 +227,28 @@ pub enum FigureError {
         /// Largest side that is drawn.
         largest: u32,
     },
-    /// The bitmap backend refused to draw.
-    #[error("the bitmap could not be drawn: {0}")]
-    Bitmap(String),
+    /// A resolution that is too low to be read, or higher than any printer's.
+    #[error(
+        "a PNG has {lowest} to {highest} dots per inch, not {asked}",
+        lowest = RESOLUTIONS.start(), highest = RESOLUTIONS.end()
+    )]
+    Resolution {
+        /// Requested dots per inch.
+        asked: u32,
+    },
+    /// A bitmap with more pixels a side than are drawn.
+    #[error(
+        "a PNG of {width} x {height} pixels cannot be drawn; each side has at most {MOST_PIXELS}"
+    )]
+    Bitmap {
+        /// Width, in pixels.
+        width: u32,
+        /// Height, in pixels.
+        height: u32,
+    },
+    /// The built-in fonts could not be read.
+    #[error("the built-in fonts are unreadable")]
+    Font,
     /// The PNG encoder refused the bitmap.
     #[error("the PNG could not be encoded")]
     Png(#[from] png::EncodingError),
@@ -233,12 +275,59 @@ mod tests {
         insta::assert_snapshot!(svg);
     }
 
+    /// Pixels of a figure, three bytes each, with their number along each side.
+    fn pixels(figure: &Figure, dots_per_inch: u32) -> ((u32, u32), Vec<u8>) {
+        let png = figure.to_png(dots_per_inch).expect("drawn");
+        assert_eq!(png, figure.to_png(dots_per_inch).expect("drawn again"));
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().expect("a PNG");
+        let size = (reader.info().width, reader.info().height);
+        let mut bytes = vec![0; reader.output_buffer_size().expect("few")];
+        reader.next_frame(&mut bytes).expect("pixels");
+        (size, bytes)
+    }
+
     #[test]
-    fn a_bitmap_is_a_png_of_twice_the_size_and_the_same_every_time() {
-        let png = small().to_png().expect("drawn");
-        assert_eq!(png, small().to_png().expect("drawn again"));
-        let reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().expect("a PNG");
-        assert_eq!((reader.info().width, reader.info().height), (640, 440));
+    fn a_bitmap_has_the_pixels_of_its_resolution_and_the_same_every_time() {
+        assert_eq!(pixels(&small(), 192).0, (640, 440));
+        assert_eq!(pixels(&small(), 600).0, (2000, 1375));
+        assert!(matches!(small().to_png(23), Err(FigureError::Resolution { asked: 23 })));
+        let wide = Figure { size: (4000, 400), ..small() };
+        assert!(matches!(wide.to_png(600), Err(FigureError::Bitmap { width: 25_000, .. })));
+    }
+
+    /// Share of the pixels that have a colour.
+    fn share(figure: &Figure, color: [u8; 3]) -> f64 {
+        let (_, bytes) = pixels(figure, 192);
+        let of = bytes.chunks_exact(3).filter(|pixel| **pixel == color).count();
+        of as f64 / (bytes.len() / 3) as f64
+    }
+
+    #[test]
+    fn dots_and_cells_of_a_bitmap_have_their_colours() {
+        let mut figure = small();
+        figure.series.clear();
+        assert!(share(&figure, [0xff; 3]) > 0.9);
+        figure.cells = Some(CellChart {
+            horizontal: (0.0, 1.0),
+            vertical: (0.0, 1.0),
+            columns: 30,
+            rows: 30,
+            cells: vec![Some(0); 900],
+            categories: vec![CellCategory::new("none", CellColor::Chaos)],
+            bar: None,
+        });
+        // Cells meet without seams: the shares of paper and of cells are all but the letters.
+        let cells = share(&figure, [0xf4, 0xa5, 0x82]);
+        assert!(cells > 0.4 && cells + share(&figure, [0xff; 3]) > 0.9, "{cells}");
+    }
+
+    #[test]
+    fn a_pdf_has_one_page_of_the_size_and_is_the_same_every_time() {
+        let pdf = small().to_pdf().expect("drawn");
+        assert_eq!(pdf, small().to_pdf().expect("drawn again"));
+        let text = String::from_utf8_lossy(&pdf);
+        assert!(text.starts_with("%PDF-") && text.trim_end().ends_with("%%EOF"));
+        assert!(text.contains("/MediaBox [0 0 240 165]"), "{text}");
     }
 
     #[test]
@@ -281,7 +370,7 @@ mod tests {
             }
             let svg = figure.to_svg().expect("drawn");
             assert!(!svg.contains("NaN") && !svg.contains("inf"));
-            assert!(figure.to_png().is_ok());
+            assert!(figure.to_png(192).is_ok() && figure.to_pdf().is_ok());
         }
     }
 
@@ -292,7 +381,7 @@ mod tests {
         assert!(matches!(figure.to_svg(), Err(FigureError::FigureSize { .. })));
         let mut figure = small();
         figure.horizontal = Axis::log10("x").with_range(-1.0, 1.0);
-        assert!(matches!(figure.to_png(), Err(FigureError::AxisRange { .. })));
+        assert!(matches!(figure.to_png(192), Err(FigureError::AxisRange { .. })));
         let mut figure = small();
         figure.cells = Some(CellChart {
             horizontal: (0.0, 1.0),

@@ -221,7 +221,8 @@ fn spans(text: &str, size: f64) -> String {
     spans
 }
 
-fn plain(text: &str) -> String {
+/// Text without its markup.
+pub(super) fn plain(text: &str) -> String {
     runs(text).into_iter().map(|(_, run)| run).collect()
 }
 

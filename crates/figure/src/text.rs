@@ -1,9 +1,12 @@
-//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the fonts used for
-//! bitmaps and for measuring text.
+//! Text with raised and lowered parts, such as `10^{-3}` and `x_{n}`, and the fonts by which it is
+//! measured, and drawn in bitmaps and PDF.
 
 use std::sync::OnceLock;
 
-use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::{FontRef, GlyphId, MetadataProvider as _};
+use tiny_skia::{Path, PathBuilder};
 
 use super::FigureError;
 
@@ -136,9 +139,10 @@ pub fn escape_html(text: &str) -> String {
     escaped
 }
 
-/// Typeface of bitmaps and of measured text.
+/// Typeface of drawn and of measured text.
 ///
-/// The sans-serif font draws α like a Latin ɑ, so that Greek letters have a font of their own.
+/// The sans-serif font draws α like a Latin ɑ, so that Greek letters have a font of their own,
+/// which lends the letters that the other lacks too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Face {
     /// Ubuntu Light.
@@ -148,48 +152,37 @@ pub(super) enum Face {
 }
 
 impl Face {
-    const ALL: [Self; 2] = [Self::Sans, Self::Greek];
-
     fn of(letter: char) -> Self {
-        if ('\u{370}'..='\u{3ff}').contains(&letter) { Self::Greek } else { Self::Sans }
+        let is_greek = ('\u{370}'..='\u{3ff}').contains(&letter);
+        let lent = || Self::Sans.glyph(letter).is_none() && Self::Greek.glyph(letter).is_some();
+        if is_greek || lent() { Self::Greek } else { Self::Sans }
     }
 
-    fn family(self) -> &'static str {
+    /// Width of the strokes that are laid around letters, in letter sizes: the sans-serif font is a
+    /// light one, and looks regular with them.
+    pub(super) fn weight(self) -> f64 {
         match self {
-            Self::Sans => "grazemap sans",
-            Self::Greek => "grazemap greek",
+            Self::Sans => 0.03,
+            Self::Greek => 0.0,
         }
     }
 
-    fn bytes(self) -> &'static [u8] {
-        match self {
-            Self::Sans => epaint_default_fonts::UBUNTU_LIGHT,
-            Self::Greek => epaint_default_fonts::HACK_REGULAR,
-        }
-    }
-
-    /// Height of the line box relative to the letter size: (ascender + descender) / units per em.
-    fn line_box(self) -> f64 {
-        match self {
-            Self::Sans => 1.121,
-            Self::Greek => 1.1640625,
-        }
-    }
-
-    /// The font at a letter size, in pixels per em.
-    pub(super) fn font(self, size: f64) -> Result<FontDesc<'static>, FigureError> {
-        static REGISTERED: OnceLock<bool> = OnceLock::new();
-        let registered = REGISTERED.get_or_init(|| {
-            Self::ALL
-                .into_iter()
-                .all(|face| register_font(face.family(), FontStyle::Normal, face.bytes()).is_ok())
+    fn font(self) -> Result<&'static FontRef<'static>, FigureError> {
+        static FONTS: OnceLock<Option<[FontRef<'static>; 2]>> = OnceLock::new();
+        let fonts = FONTS.get_or_init(|| {
+            let sans = FontRef::new(epaint_default_fonts::UBUNTU_LIGHT).ok()?;
+            let greek = FontRef::new(epaint_default_fonts::HACK_REGULAR).ok()?;
+            Some([sans, greek])
         });
-        if *registered {
-            let family = FontFamily::Name(self.family());
-            Ok(FontDesc::new(family, size * self.line_box(), FontStyle::Normal))
-        } else {
-            Err(FigureError::Bitmap("the built-in fonts are unreadable".to_owned()))
-        }
+        let [sans, greek] = fonts.as_ref().ok_or(FigureError::Font)?;
+        Ok(match self {
+            Self::Sans => sans,
+            Self::Greek => greek,
+        })
+    }
+
+    fn glyph(self, letter: char) -> Option<GlyphId> {
+        self.font().ok()?.charmap().map(letter)
     }
 }
 
@@ -206,18 +199,75 @@ pub(super) fn faces(text: &str) -> Vec<(Face, String)> {
     faces
 }
 
+/// Outlines of letters, put into a path at a place of the baseline, in pixels.
+struct Outlines {
+    path: PathBuilder,
+    at: (f32, f32),
+}
+
+/// Fonts have `y` upwards.
+impl OutlinePen for Outlines {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.path.move_to(self.at.0 + x, self.at.1 - y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.path.line_to(self.at.0 + x, self.at.1 - y);
+    }
+
+    fn quad_to(&mut self, cx: f32, cy: f32, x: f32, y: f32) {
+        let (left, base) = self.at;
+        self.path.quad_to(left + cx, base - cy, left + x, base - y);
+    }
+
+    fn curve_to(&mut self, ax: f32, ay: f32, bx: f32, by: f32, x: f32, y: f32) {
+        let (left, base) = self.at;
+        self.path.cubic_to(left + ax, base - ay, left + bx, base - by, left + x, base - y);
+    }
+
+    fn close(&mut self) {
+        self.path.close();
+    }
+}
+
+/// Outlines of text in one typeface that begins at a place of the baseline, and its width, in
+/// pixels; no outlines if it is blank.
+pub(super) fn outlined(
+    face: Face,
+    text: &str,
+    size: f64,
+    (x, y): (f64, f64),
+) -> Result<(Option<Path>, f64), FigureError> {
+    let font = face.font()?;
+    let glyphs = font.outline_glyphs();
+    let mut outlines = Outlines { path: PathBuilder::new(), at: (x as f32, y as f32) };
+    let mut width = 0.0;
+    for letter in text.chars() {
+        let glyph = font.charmap().map(letter).unwrap_or(GlyphId::NOTDEF);
+        outlines.at.0 = (x + width) as f32;
+        if let Some(outline) = glyphs.get(glyph) {
+            let settings = DrawSettings::unhinted(Size::new(size as f32), LocationRef::default());
+            outline.draw(settings, &mut outlines).map_err(|_| FigureError::Font)?;
+        }
+        width += advance(font, glyph) * size;
+    }
+    Ok((outlines.path.finish(), width))
+}
+
+/// Distance from a letter to the next, in letter sizes.
+fn advance(font: &FontRef<'_>, glyph: GlyphId) -> f64 {
+    let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
+    f64::from(metrics.advance_width(glyph).unwrap_or(0.0))
+}
+
 /// Browsers letter SVGs with wider fonts than the ones measured here.
 const RESERVE: f64 = 1.08;
 
 /// Width of text in one typeface, in pixels, at a letter size.
-pub(super) fn face_width(face: Face, text: &str, size: f64) -> Result<f64, FigureError> {
-    // NOTE: widths come back as whole pixels; measuring large keeps their fractions.
-    const MEASURED_AT: f64 = 1000.0;
-    let (width, _) = face
-        .font(MEASURED_AT)?
-        .box_size(text)
-        .map_err(|refused| FigureError::Bitmap(refused.to_string()))?;
-    Ok(f64::from(width) * size / MEASURED_AT)
+fn face_width(face: Face, text: &str, size: f64) -> Result<f64, FigureError> {
+    let font = face.font()?;
+    let glyph = |letter| font.charmap().map(letter).unwrap_or(GlyphId::NOTDEF);
+    Ok(text.chars().map(|letter| advance(font, glyph(letter)) * size).sum())
 }
 
 /// Width that text with markup may take in either painter.

@@ -7,7 +7,6 @@ use crate::cli::output::{CliError, Destination, note_all};
 use grazemap::Error;
 use grazemap::analysis::{ImageRequest, Using};
 use grazemap::pipeline::is_standard;
-use grazemap::report::OutputFolder;
 
 pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     let mut outlets = options.scene.common.outlets.clone();
@@ -28,8 +27,7 @@ pub(in crate::cli) fn run(options: &ImageOptions) -> Result<(), CliError> {
     if outlets.json.is_none() && outlets.csv.is_none() && outlets.output.is_none() {
         outlets.csv = Some(Destination::Standard);
     }
-    if let Some(folder) = &outlets.output {
-        let folder = OutputFolder::create(folder)?;
+    if let Some(folder) = outlets.results()? {
         folder.write("images.json", images.document()?)?;
         folder.write_streamed("images.csv", |out| images.rows().write_csv(out))?;
     }

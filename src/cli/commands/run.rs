@@ -33,7 +33,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     let source = open(options)?;
     let folder = outlets.output.take().unwrap_or_else(|| PathBuf::from(FOLDER));
     let watch = Watch { options, resumable: RefCell::new(None) };
-    let timings = run_in(source, folder.clone(), &watch)?;
+    let timings = run_in(source, folder.clone(), outlets.pictures.form(), &watch)?;
     if let Some(resumable) = watch.resumable.take() {
         resumable.finish();
     }

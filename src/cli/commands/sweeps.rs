@@ -12,7 +12,7 @@ use grazemap::analysis::{Joining, basin_bytes, charts_bytes, diagrams_bytes};
 use grazemap::model::{ChartOverlay, Method, Scene};
 use grazemap::pipeline::{BasinKeys, Device};
 use grazemap::report::{
-    OutputFolder, ReportError, basin_remarks, basin_rows, basin_table, basin_warnings, basin_words,
+    ReportError, basin_remarks, basin_rows, basin_table, basin_warnings, basin_words,
     chart_computed_words, chart_overlay_words, chart_rows, chart_timing_table, chart_warnings,
     diagram_rows, diagram_timing_table, diagram_warnings, manifold_table, write_json,
 };
@@ -53,9 +53,9 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
     let text = diagram_timing_table(&diagrams)?.to_text();
     outlets.write_json(&|out| write_json(out, &map.diagram_documents(&diagrams)))?;
     outlets.write_csv(&|out| diagram_rows(&diagrams).write_csv(out))?;
-    if let Some(folder) = &outlets.output {
+    if let Some(folder) = outlets.results()? {
         diagrams.iter_mut().for_each(Diagram::take_timing);
-        note_all(&map.write_diagrams(&OutputFolder::create(folder)?, &diagrams)?, false);
+        note_all(&map.write_diagrams(&folder, &diagrams)?, false);
     }
     resumable.finish();
     outlets.show(&text)
@@ -113,9 +113,9 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     }
     outlets.write_json(&|out| write_json(out, &map.chart_documents(&charts)))?;
     outlets.write_csv(&|out| chart_rows(&charts).write_csv(out))?;
-    if let Some(folder) = &outlets.output {
+    if let Some(folder) = outlets.results()? {
         charts.iter_mut().for_each(|chart| chart.timing = Timing::default());
-        note_all(&map.write_charts(&OutputFolder::create(folder)?, &charts)?, false);
+        note_all(&map.write_charts(&folder, &charts)?, false);
     }
     resumable.finish();
     outlets.show(&text)
@@ -157,8 +157,8 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
         outlets.write_json(&|out| write_json(out, &document))?;
         outlets.write_csv(&|out| basin_rows(basin).write_csv(out))?;
     }
-    if let Some(folder) = &outlets.output {
-        let remarks = map.write_basins(&OutputFolder::create(folder)?, &basins)?;
+    if let Some(folder) = outlets.results()? {
+        let remarks = map.write_basins(&folder, &basins)?;
         note_all(&remarks, false);
     }
     resumable.finish();

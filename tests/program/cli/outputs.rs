@@ -346,3 +346,28 @@ fn a_check_counts_diagrams_and_charts() {
     let check = super::json(folder.path(), &["check", "cantilever_3_5_soft", "--json", "-"]);
     assert_eq!((&check["diagrams"], &check["charts"]), (&2.into(), &1.into()));
 }
+
+#[test]
+fn figures_have_the_size_resolution_and_kinds_that_are_asked_for() {
+    let folder = scratch();
+    let diagram = ["diagram", "linear", "--along", "alpha", "--points", "6", "--keep", "4", "-q"];
+    let call = |more: &[&str]| grazemap(folder.path(), &[&diagram, more].concat());
+    let form = ["--size", "84x60", "--dpi", "300", "--pdf", "-o", "out"];
+    let output = call(&form);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let read = |name: &str| fs::read(folder.path().join("out").join(name)).expect("written");
+    // 84 mm are 317 CSS pixels, 991 of 300 and 238 of 72 to the inch.
+    assert!(text(&read("diagram.svg")).contains("width=\"317\" height=\"227\""));
+    assert_eq!(read("diagram.png")[16..24], [0, 0, 3, 0xdf, 0, 0, 2, 0xc5]);
+    assert!(text(&read("diagram.pdf")).contains("/MediaBox [0 0 237.75 170.25]"));
+    for (more, words) in [
+        (&["--size", "84", "-o", "out"][..], "such as 84x60"),
+        (&["--size", "84x2000", "-o", "out"], "from 42 to 1058 millimetres"),
+        (&["--dpi", "5", "-o", "out"], "24..=1200"),
+        (&["--pdf"], "--output <DIR>"),
+    ] {
+        let output = call(more);
+        let said = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains(words), "{more:?}: {said}");
+    }
+}
