@@ -413,7 +413,12 @@ impl Map {
         self.diagram_with(request, &NoProgress)
     }
 
-    fn diagram_with(
+    /// Computes a diagram and reports its progress.
+    ///
+    /// # Errors
+    ///
+    /// As [`diagram`](Self::diagram).
+    pub fn diagram_with(
         &self,
         request: &DiagramRequest,
         progress: &dyn Progress,
@@ -676,9 +681,10 @@ impl Map {
         &self,
         request: &BranchRequest,
         start: &[f64],
+        progress: &dyn Progress,
     ) -> Result<Option<AttractorBranch>, Error> {
         let (scene, orbit) = (self.settled().scene(), self.orbit());
-        Ok(attractor_branch(scene, orbit, self.local(), request, start)?)
+        Ok(attractor_branch(scene, orbit, self.local(), request, start, progress)?)
     }
 
     /// Computes a share of the pieces of [`branches`](Self::branches).

@@ -8,9 +8,15 @@ use crate::analysis::{
     DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using, batch_bytes,
     orbit_bytes,
 };
-use crate::iteration::Batch;
+use crate::interruption::{check, check_at};
+use crate::iteration::{Batch, DiscreteMap, parallel};
 use crate::numeric::Dd;
 use crate::report::{ImageListing, Rows, image_outside_words, image_rows, to_json};
+
+/// Images that are computed together, some milliseconds of work.
+const BLOCK: usize = 1 << 13;
+/// Number of points below which lanes are not filled.
+const FEW: usize = 8;
 
 /// Rows of states and parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,44 +93,114 @@ impl Map {
         progress: &dyn Progress,
     ) -> Result<Vec<f64>, Error> {
         let Points { states, parameters } = points;
-        let count = states.len() / self.local().dimension();
-        refuse_memory(orbit_bytes(self.scene(), count, iterations))?;
-        if (using, precision) == (Using::Map, Precision::F64) {
-            return self.map_orbits(states, &parameters, iterations, progress);
-        }
-        let request = self.image_request((&states, &parameters), iterations, (using, precision))?;
+        self.count(&states, &parameters)?;
         let dimension = self.local().dimension();
+        let count = states.len() / dimension;
+        refuse_memory(orbit_bytes(self.scene(), count, iterations))?;
+        progress.expect((count as u64).saturating_mul(iterations as u64));
         let mut images = vec![f64::NAN; states.len() * iterations];
-        for record in self.images(&request)? {
-            let place = (record.row * iterations + record.iteration - 1) * dimension;
-            let image = &mut images[place..][..dimension];
-            image.iter_mut().zip(&record.offsets).for_each(|(to, from)| *to = from.to_f64());
+        if images.is_empty() {
+            return Ok(images);
+        }
+        let blocks = images.chunks_mut(BLOCK * iterations * dimension);
+        let blocks = blocks.zip(states.chunks(BLOCK * dimension)).enumerate();
+        let own = |block: usize| match parameters.len() == self.local().parameters.len() {
+            true => &parameters[..],
+            false => {
+                let width = BLOCK * self.local().parameters.len();
+                &parameters[block * width..parameters.len().min((block + 1) * width)]
+            }
+        };
+        if (using, precision) == (Using::Map, Precision::F64) {
+            parallel::map(blocks, |(block, (images, states))| {
+                self.map_orbits((states, own(block)), images, progress);
+            });
+        } else {
+            for (block, (images, states)) in blocks {
+                let request = self.image_request((states, own(block)), 1, (using, precision))?;
+                self.image_orbits(request, images, progress)?;
+            }
         }
         Ok(images)
     }
 
-    /// Computes orbits by the map, all points together for each iterate.
+    /// Writes orbits of some points by the map.
     fn map_orbits(
         &self,
-        mut states: Vec<f64>,
-        parameters: &[f64],
-        iterations: usize,
+        (states, parameters): (&[f64], &[f64]),
+        images: &mut [f64],
         progress: &dyn Progress,
-    ) -> Result<Vec<f64>, Error> {
+    ) {
         let dimension = self.local().dimension();
-        progress.expect(iterations as u64);
-        let mut images = vec![0.0; states.len() * iterations];
+        let points = states.len() / dimension;
+        let iterations = images.len() / states.len();
+        if points < FEW {
+            for (point, images) in images.chunks_exact_mut(iterations * dimension).enumerate() {
+                let frozen = self.discrete().freeze(self.own(parameters, point));
+                let mut state = states[point * dimension..][..dimension].to_vec();
+                for (round, images) in images.chunks_mut(BLOCK * dimension).enumerate() {
+                    for (iterate, image) in images.chunks_exact_mut(dimension).enumerate() {
+                        check_at(round * BLOCK + iterate);
+                        frozen.step(&state, &[], image);
+                        state.copy_from_slice(image);
+                    }
+                    progress.advance((images.len() / dimension) as u64);
+                }
+            }
+            return;
+        }
+        let mut states = states.to_vec();
         for iterate in 0..iterations {
-            let Batch { rows, width } = self.batch(&states, parameters, false)?;
+            check();
+            let Batch { rows, width } = self.discrete().batch(&states, parameters, false);
             for (point, row) in rows.chunks_exact(width).enumerate() {
                 let image = &row[..dimension];
                 states[point * dimension..][..dimension].copy_from_slice(image);
                 let place = (point * iterations + iterate) * dimension;
                 images[place..][..dimension].copy_from_slice(image);
             }
-            progress.advance(1);
+            progress.advance(points as u64);
         }
-        Ok(images)
+    }
+
+    /// Writes orbits of some points by any method, in rounds: the records of one round are in
+    /// memory.
+    fn image_orbits(
+        &self,
+        mut request: ImageRequest,
+        images: &mut [f64],
+        progress: &dyn Progress,
+    ) -> Result<(), Error> {
+        let (dimension, points) = (self.local().dimension(), request.rows.len());
+        let iterations = images.len() / dimension / points;
+        // Numbers of the points whose orbits go on.
+        let mut going: Vec<usize> = (0..points).collect();
+        let mut done = 0;
+        while done < iterations {
+            request.iterations = (BLOCK / going.len().max(1)).clamp(1, iterations - done);
+            let mut ends = vec![None; going.len()];
+            let records = match going.is_empty() {
+                true => Vec::new(),
+                false => self.images(&request)?,
+            };
+            for record in records {
+                let place = going[record.row] * iterations + done + record.iteration - 1;
+                let image = &mut images[place * dimension..][..dimension];
+                image.iter_mut().zip(&record.offsets).for_each(|(to, from)| *to = from.to_f64());
+                let goes_on = record.iteration == request.iterations
+                    && record.offsets.iter().all(|value| value.is_finite());
+                ends[record.row] = goes_on.then_some(record.offsets);
+            }
+            done += request.iterations;
+            progress.advance((points * request.iterations) as u64);
+            let rows = std::mem::take(&mut request.rows).into_iter();
+            let rows = rows
+                .zip(going)
+                .zip(ends)
+                .filter_map(|((row, point), end)| Some((ImageRow { state: end?, ..row }, point)));
+            (request.rows, going) = rows.unzip();
+        }
+        Ok(())
     }
 
     /// Computes images of many points, to be laid out.

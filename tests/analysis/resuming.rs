@@ -65,6 +65,45 @@ fn forged_pieces_are_computed_anew<T: Serialize>(run: impl Fn(&dyn Progress) -> 
     assert_eq!(text(&run(&Resumed { before, ..Resumed::default() })), expected);
 }
 
+/// Number as pieces hold it: seven bits a byte, the lowest first.
+fn varint(mut number: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while number >= 0x80 {
+        bytes.push(number as u8 | 0x80);
+        number >>= 7;
+    }
+    bytes.push(number as u8);
+    bytes
+}
+
+/// Numbers in the place of periods, counts and indices.
+const FORGED: [u64; 6] = [0, 1, 1_000_003, 1 << 31, 1 << 40, u64::MAX];
+
+/// Runs a computation with one number of one piece forged, for up to `changes` places that are
+/// spread over the bytes of up to `pieces` pieces. No such run panics.
+fn forged_numbers_are_harmless<T: Serialize>(
+    run: impl Fn(&dyn Progress) -> T,
+    [pieces, changes]: [usize; 2],
+) {
+    let whole = Resumed::default();
+    run(&whole);
+    let all = whole.kept.into_inner().expect("whole");
+    let before: HashMap<_, _> = all.iter().cloned().collect();
+    let step = all.len().div_ceil(pieces);
+    for (place, piece) in all.iter().step_by(step) {
+        let step = piece.len().div_ceil(changes);
+        for (number, at) in (0..piece.len()).step_by(step).enumerate() {
+            let forged = varint(FORGED[number % FORGED.len()]);
+            let mut changed = piece.clone();
+            changed.splice(at..at + 1, forged);
+            let mut before = before.clone();
+            before.insert(place.clone(), changed);
+            let found = run(&Resumed { before, ..Resumed::default() });
+            assert!(to_json(&found).is_ok(), "{place:?}, byte {at}");
+        }
+    }
+}
+
 /// A scene with a chart beside its diagram, both small.
 fn scene(with: &str, [cells, attractors, points]: [&str; 3]) -> Scene {
     let text = crate::support::scenes::text("cantilever_0_09").to_owned()
@@ -162,4 +201,32 @@ fn interrupted_loci_go_on_where_they_were_and_end_with_the_same_bits() {
         ..LociKeys::default()
     };
     resumes(|progress| keys.answer(&map, progress).expect("loci").document);
+}
+
+#[test]
+fn forged_numbers_in_pieces_of_diagrams_and_charts_are_harmless() {
+    for chart in [["all", "2", "[6, 4]"], ["borders", "2", "[20, 14]"]] {
+        let map = scene("[\"map\"]", chart).graze().and_then(|graze| graze.map()).expect("a map");
+        forged_numbers_are_harmless(|progress| map.charts(progress).expect("parameters"), [3, 400]);
+    }
+    let map = scene("[\"map\"]", ["all", "1", "[6, 4]"]);
+    let map = map.graze().and_then(|graze| graze.map()).expect("a map");
+    forged_numbers_are_harmless(|progress| map.diagrams(progress).expect("parameters"), [4, 400]);
+}
+
+#[test]
+fn forged_numbers_in_pieces_of_branches_are_harmless() {
+    let map = map_of("cantilever_0_09");
+    for (method, itinerary) in [(OrbitsOf::Map, "10"), (OrbitsOf::Direct, "1")] {
+        let keys = BranchKeys {
+            along: "beta".to_owned(),
+            itineraries: vec![itinerary.to_owned()],
+            method,
+            iterates: method == OrbitsOf::Map,
+            ..BranchKeys::default()
+        };
+        let answer =
+            |progress: &dyn Progress| keys.answer(&map, progress).expect("branches").document;
+        forged_numbers_are_harmless(answer, [6, 200]);
+    }
 }

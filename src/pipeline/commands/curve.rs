@@ -1,10 +1,8 @@
 //! `curve`: the grazing curve in two parameters, or its point nearest to the scene.
 
-use std::cell::Cell;
-
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::Progress;
+use crate::analysis::{PartProgress, Progress};
 use crate::model::Scene;
 use crate::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, MarginOutcome};
 use crate::pipeline::keys::{KeyError, finite};
@@ -48,7 +46,8 @@ impl CurveKeys {
         scene.check_period(&[with])?;
         let (from, to) = (finite("from", self.from)?, finite("to", self.to)?);
         let settings = CurveOptions { xi_count: self.xi as usize, ..CurveOptions::default() };
-        let watch = shares(progress);
+        let watch = whole(progress);
+        let watch = |share| watch.reach(share);
         let outcome = orbit::watched_curve(scene, with, [from, to], &settings, &watch)?;
         let (curve, started) = match outcome {
             CurveOutcome::Traced(curve) => (curve, true),
@@ -86,17 +85,10 @@ impl CurveKeys {
     }
 }
 
-/// Units of progress of a curve.
-const WORK: f64 = 1000.0;
-
-/// Progress from the share that is done, from 0 to 1.
-pub(super) fn shares(progress: &dyn Progress) -> impl Fn(f64) {
-    progress.expect(WORK as u64);
-    let done = Cell::new(0);
-    move |share: f64| {
-        let reached = done.get().max((WORK * share) as u64);
-        progress.advance(reached - done.replace(reached));
-    }
+/// Progress of a computation that knows the share that is done.
+pub(super) fn whole(progress: &dyn Progress) -> PartProgress<'_> {
+    progress.expect(PartProgress::UNITS);
+    PartProgress::new(progress, PartProgress::UNITS)
 }
 
 /// Keys of `curve` for the smallest change that grazes.
@@ -132,7 +124,9 @@ impl NearestKeys {
             let place = place.ok_or_else(|| KeyError::NotNearest { name: name.clone() })?;
             scales[place] = *scale;
         }
-        let outcome = orbit::watched_margin(scene, &parameters, &scales, &shares(progress))?;
+        let watch = whole(progress);
+        let watch = |share| watch.reach(share);
+        let outcome = orbit::watched_margin(scene, &parameters, &scales, &watch)?;
         let margin = match outcome {
             MarginOutcome::Found(margin) => margin,
             MarginOutcome::NotLocated(reason) => return Err(reason.into()),

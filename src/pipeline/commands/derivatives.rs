@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::TrajectoryKeys;
-use super::curve::shares;
+use super::curve::whole;
 use crate::analysis::{Progress, SectionFrame};
 use crate::model::Scene;
 use crate::numeric::{Dd, converted};
@@ -132,7 +132,8 @@ fn jets(
         return Err(KeyError::Count { key: "order", found: u64::from(order), most }.into());
     }
     let span = (at.map(Dd::from), returns as usize);
-    Ok(watched_jets_along(scene, start, free, span, order, &shares(progress))?)
+    let watch = whole(progress);
+    Ok(watched_jets_along(scene, start, free, span, order, &|share| watch.reach(share))?)
 }
 
 fn answer(scene: &Scene, jets: &JetsAlong, free: &[usize], order: u32) -> Result<Answer, Error> {

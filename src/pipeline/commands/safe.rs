@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::Progress;
 use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
+use crate::analysis::{PartProgress, Progress};
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
-use crate::orbit::{Location, MarginOutcome, locate, margin};
+use crate::orbit::{Location, MarginOutcome, locate, margin, watched_margin};
 use crate::pipeline::keys::{KeyError, finite};
 use crate::pipeline::{Answer, Error, Map, Source, parameter_number};
 use crate::report::{
@@ -79,16 +79,19 @@ impl SafeKeys {
         listed.sort_unstable();
         listed.dedup();
         let corners = corners(scene, &tolerances);
-        progress.expect((listed.len() + corners.len() + 1) as u64);
+        let parts = 1 + listed.len() + corners.len() + usize::from(self.points > 0);
+        progress.expect(parts as u64 * PartProgress::UNITS);
         // The verdict is of the orbit that grazes where the scene's own parameter is adjusted.
-        let clears = match margin(scene, &[adjusted], &[1.0])? {
+        let searched = part(progress);
+        let watch = |share| searched.reach(share);
+        let clears = match watched_margin(scene, &[adjusted], &[1.0], &watch)? {
             MarginOutcome::Found(found) => found.clears,
             MarginOutcome::NotLocated(reason) => return Err(reason.into()),
         };
+        drop(searched);
         let mut intervals = Vec::new();
         for parameter in listed {
-            intervals.push(interval(scene, parameter)?);
-            progress.advance(1);
+            intervals.push(interval(scene, parameter, &part(progress))?);
         }
         let tolerance = match tolerances.is_empty() {
             true => None,
@@ -98,7 +101,6 @@ impl SafeKeys {
             0 => Vec::new(),
             points => attractors(scene, adjusted, points as usize, progress)?,
         };
-        progress.advance(1);
         let surface = &scene.model.surfaces[scene.grazing.passages[0]].name;
         let listing = SafetyListing {
             surface: surface.clone(),
@@ -120,13 +122,20 @@ impl SafeKeys {
     }
 }
 
+/// Progress of one part of the answer, which is announced.
+fn part(progress: &dyn Progress) -> PartProgress<'_> {
+    PartProgress::new(progress, PartProgress::UNITS)
+}
+
 /// Values of a parameter at which the orbit of a scene grazes, as far as they are found: those of
-/// the search from the scene's own value, and from values on the other side.
-fn grazes(scene: &Scene, parameter: usize) -> Result<Vec<f64>, Error> {
+/// the search from the scene's own value, and from values on the other side. Reports each search.
+fn grazes(scene: &Scene, parameter: usize, progress: &dyn Progress) -> Result<Vec<f64>, Error> {
+    progress.expect(1 + OTHER_SIDE.len() as u64);
     let own = scene.model.parameters[parameter].value;
     let mut scene = scene.clone();
     scene.grazing.solve_for = vec![parameter];
     let mut found = found_from(&scene, parameter)?;
+    progress.advance(1);
     let is_below = |value: &f64| *value < own.to_f64();
     let Some(nearest) = found.first().copied() else { return Ok(found) };
     let distance = nearest - own.to_f64();
@@ -140,6 +149,7 @@ fn grazes(scene: &Scene, parameter: usize) -> Result<Vec<f64>, Error> {
         }
         scene.model.parameters[parameter].value = Dd::from(start);
         found.extend(found_from(&scene, parameter)?);
+        progress.advance(1);
     }
     Ok(found)
 }
@@ -158,9 +168,13 @@ fn found_from(scene: &Scene, parameter: usize) -> Result<Vec<f64>, Error> {
 }
 
 /// Interval of a parameter, about the scene's value, in which no graze was found.
-fn interval(scene: &Scene, parameter: usize) -> Result<SafeInterval, Error> {
+fn interval(
+    scene: &Scene,
+    parameter: usize,
+    progress: &dyn Progress,
+) -> Result<SafeInterval, Error> {
     let value = scene.model.parameters[parameter].value.to_f64();
-    let found = grazes(scene, parameter)?;
+    let found = grazes(scene, parameter, progress)?;
     let below = found.iter().copied().filter(|graze| *graze <= value).reduce(f64::max);
     let above = found.iter().copied().filter(|graze| *graze > value).reduce(f64::min);
     let name = scene.model.parameters[parameter].name.clone();
@@ -201,11 +215,12 @@ fn tolerance_box(
     let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
     let mut touched = Vec::new();
     for corner in corners {
+        let part = part(progress);
         let mut scene = scene.clone();
         for &(parameter, value) in corner {
             scene.model.parameters[parameter].value = Dd::from(value);
         }
-        let mut at: Vec<f64> = grazes(&scene, first)?;
+        let mut at: Vec<f64> = grazes(&scene, first, &part)?;
         at.retain(|graze| (ends[0]..=ends[1]).contains(graze));
         scene.grazing.solve_for = vec![first];
         let clears = match margin(&scene, &[first], &[1.0])? {
@@ -217,7 +232,6 @@ fn tolerance_box(
             let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
             touched.push(Named::new(std::iter::once((name(first), graze)).chain(values)));
         }
-        progress.advance(1);
     }
     let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
     Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
@@ -231,6 +245,7 @@ fn attractors(
     points: usize,
     progress: &dyn Progress,
 ) -> Result<Vec<OtherAttractor>, Error> {
+    let simulated = part(progress);
     let Some(along) = scene.expansion.active.iter().position(|&active| active == adjusted) else {
         return Ok(Vec::new());
     };
@@ -263,7 +278,7 @@ fn attractors(
         }
         state
     };
-    let diagram = map.diagram(&DiagramRequest {
+    let request = DiagramRequest {
         parameter: adjusted,
         range: [offset; 2],
         points: 1,
@@ -274,7 +289,9 @@ fn attractors(
         observe: Observable::ImpactSpeed,
         direction: SweepDirection::Up,
         with: vec![Method::Direct],
-    })?;
+    };
+    let diagram = map.diagram_with(&request, &simulated)?;
+    drop(simulated);
     let mut found: Vec<OtherAttractor> = Vec::new();
     for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
         let Some(point) = sweep.points.first().filter(|point| point.kept == KEPT) else {
@@ -304,16 +321,15 @@ fn attractors(
     found.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
     let periodic = found.iter_mut().filter(|attractor| attractor.orbit.is_some()).take(FOLLOWED);
     let periodic: Vec<&mut OtherAttractor> = periodic.collect();
-    progress.expect(periodic.len() as u64);
+    progress.expect(periodic.len() as u64 * PartProgress::UNITS);
     for attractor in periodic {
         let mut state = vec![0.0; components.len()];
         state.iter_mut().zip(&attractor.start.0).for_each(|(own, (_, offset))| *own = *offset);
         let request = following(&map, along, offset);
-        if let Some(branch) = map.attractor_branch(&request, &state)? {
+        if let Some(branch) = map.attractor_branch(&request, &state, &part(progress))? {
             let [from, to] = ends(&branch, along, &map.orbit().parameters()[adjusted]);
             (attractor.from, attractor.to) = (Some(from), Some(to));
         }
-        progress.advance(1);
     }
     Ok(found)
 }

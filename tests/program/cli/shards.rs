@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use grazemap::report::{pieces_from_bytes, pieces_to_bytes, unpack_folder};
+use xtask::fuzz::HUGE;
 
 use super::resuming::files;
 use super::{grazemap, scratch, text};
@@ -160,13 +161,6 @@ fn the_task_of_a_job_array_is_a_shard() {
         assert!(said.contains(word), "{said}");
     }
 }
-
-/// Numbers as pieces hold them: 2^64 - 1, 2^40 and 2^31, far more than a piece can have entries.
-const HUGE: [&[u8]; 3] = [
-    &[0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01],
-    &[0x80, 0x80, 0x80, 0x80, 0x80, 0x20],
-    &[0x80, 0x80, 0x80, 0x80, 0x08],
-];
 
 /// Number of iterates that the commands of this test keep.
 const KEEP: u8 = 13;

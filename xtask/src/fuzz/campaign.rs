@@ -2,8 +2,10 @@
 //!
 //! Every case is determined by a seed and a number. A call is a child process with limits of memory
 //! and of processor time: it must end by itself with the exit code 0, 1 or 2 and, unless that is 0,
-//! give the reason in few lines.
+//! give the reason in few lines. A call beyond the limit of processor time is called again on a
+//! terminal: it is no fault if a bar states a bound there and moves to the end.
 
+use std::fmt;
 use std::fs;
 use std::io;
 use std::path::PathBuf;
@@ -11,15 +13,49 @@ use std::process::{Command, Output};
 
 use super::mutation;
 use super::saved::{Change, Saved};
+use super::shown::{Shown, write_call};
 use crate::random::Random;
 use crate::root;
 
-/// Limit of a call's processor time, in seconds.
-const SECONDS: u32 = 20;
+/// Limit of a call's processor time without progress, in seconds.
+pub const SECONDS: u32 = 20;
 /// Limit of a call's memory, in KiB: 2 GB.
 const MEMORY: u32 = 2_000_000;
 /// Limits of a message: lines, and characters per line.
 const MESSAGE: [usize; 2] = [40, 1000];
+
+/// Judgement of a call.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Judgement {
+    /// The call ended as it should.
+    Good,
+    /// The call took more processor time than the limit, and its bar stated a bound and moved.
+    Long {
+        /// Last count of the bar.
+        done: u64,
+        /// Bound of the count.
+        of: u64,
+    },
+    /// Fault in words.
+    Fault(String),
+}
+
+impl Judgement {
+    /// Whether the call is at fault.
+    pub fn is_fault(&self) -> bool {
+        matches!(self, Self::Fault(_))
+    }
+}
+
+impl fmt::Display for Judgement {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Good => formatter.write_str("good"),
+            Self::Long { done, of } => write!(formatter, "long, with a bar at {done} of {of}"),
+            Self::Fault(fault) => formatter.write_str(fault),
+        }
+    }
+}
 
 /// Scene and call of the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -96,33 +132,40 @@ pub fn corpus() -> PathBuf {
 pub struct Campaign {
     program: PathBuf,
     folder: PathBuf,
+    /// Limit of a call's processor time without progress, in seconds.
+    seconds: u32,
 }
 
 impl Campaign {
     /// Campaign of a program in a folder that may be written to.
     pub fn new(program: PathBuf, folder: PathBuf) -> Self {
-        Self { program, folder }
+        Self { program, folder, seconds: SECONDS }
     }
 
-    /// Fault revealed by a case; `None` if there is none.
+    /// Sets the limit of a call's processor time without progress, in seconds.
+    pub fn within(self, seconds: u32) -> Self {
+        Self { seconds, ..self }
+    }
+
+    /// Judges a case.
     ///
     /// # Errors
     ///
     /// An error of the system, if the case cannot be set up.
-    pub fn fault(&self, case: &Case) -> io::Result<Option<String>> {
+    pub fn judge(&self, case: &Case) -> io::Result<Judgement> {
         fs::write(self.folder.join("scene.toml"), &case.scene)?;
         fs::write(self.folder.join("states.csv"), case.states)?;
-        self.fault_of(&case.arguments)
+        self.judge_call(&case.arguments)
     }
 
-    /// Fault revealed by a changed file, which is put back afterwards; `None` if there is none.
-    pub(super) fn fault_of_change(&self, change: &Change) -> io::Result<Option<String>> {
+    /// Judges a call with a changed file, which is put back afterwards.
+    pub(super) fn judge_change(&self, change: &Change) -> io::Result<Judgement> {
         let file = self.folder.join(change.file);
         fs::write(&file, &change.content)?;
         fs::write(self.folder.join("states.csv"), STATES[2])?;
-        let fault = self.fault_of(&change.arguments)?;
+        let judgement = self.judge_call(&change.arguments)?;
         fs::write(file, &change.before)?;
-        Ok(fault)
+        Ok(judgement)
     }
 
     /// Files that the program writes into the folder.
@@ -130,24 +173,52 @@ impl Campaign {
         Saved::written(&self.program, &self.folder)
     }
 
-    fn fault_of(&self, arguments: &[String]) -> io::Result<Option<String>> {
-        let out = self.folder.join("out");
-        if out.exists() {
-            fs::remove_dir_all(&out)?;
-        }
-        let limits = format!("ulimit -t {SECONDS} && ulimit -v {MEMORY} && exec \"$0\" \"$@\"");
+    fn judge_call(&self, arguments: &[String]) -> io::Result<Judgement> {
+        let limits = format!("ulimit -t {} && ulimit -v {MEMORY}", self.seconds);
+        self.remove_results()?;
         let output = Command::new("sh")
-            .args(["-c", &limits])
+            .args(["-c", &format!("{limits} && exec \"$0\" \"$@\"")])
             .arg(&self.program)
             .args(arguments)
             .current_dir(&self.folder)
             .env_remove("RUST_BACKTRACE")
             .output()?;
-        Ok(judged(&output))
+        if is_out_of_time(&output) {
+            return self.judge_long_call(&limits, arguments);
+        }
+        Ok(fault(&output).map_or(Judgement::Good, Judgement::Fault))
+    }
+
+    /// Judges a call beyond the limit of processor time by its progress.
+    fn judge_long_call(&self, limits: &str, arguments: &[String]) -> io::Result<Judgement> {
+        self.remove_results()?;
+        let file = self.folder.join("call.sh");
+        write_call(&file, limits, &self.program, arguments)?;
+        let (shown, duration) = Shown::of_call(&file, &self.folder)?;
+        Ok(match shown.moving(duration) {
+            Some([done, of]) => Judgement::Long { done, of },
+            None => Judgement::Fault(format!(
+                "more than {} s of processor time without a bar that moves to the end; {shown}",
+                self.seconds
+            )),
+        })
+    }
+
+    fn remove_results(&self) -> io::Result<()> {
+        let out = self.folder.join("out");
+        if out.exists() { fs::remove_dir_all(&out) } else { Ok(()) }
     }
 }
 
-fn judged(output: &Output) -> Option<String> {
+/// Whether a call was ended by the limit of processor time.
+fn is_out_of_time(output: &Output) -> bool {
+    let status = output.status.to_string();
+    let is_ended_by = |signal: &&str| status.contains(*signal);
+    output.status.code().is_none() && ["SIGKILL", "SIGXCPU"].iter().any(|name| is_ended_by(&name))
+}
+
+/// Fault of a call that ended within its limits; `None` if there is none.
+fn fault(output: &Output) -> Option<String> {
     let said = String::from_utf8_lossy(&output.stderr);
     let last = || said.chars().take(400).collect::<String>();
     let Some(code) = output.status.code() else {

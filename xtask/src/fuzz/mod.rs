@@ -1,5 +1,6 @@
 //! Fuzzer: calls the program with randomly changed scenes of the catalogue or saved files, and
-//! keeps cases with a wrong end: a panic, more than 20 seconds, more than 2 GB, or no message.
+//! keeps cases with a wrong end: a panic, more than 2 GB, no message, or more than 20 seconds
+//! without a bar that states a bound and moves. Long calls with such a bar are counted apart.
 //!
 //! ```text
 //! cargo build --release
@@ -12,17 +13,20 @@
 //!
 //! A case is determined by the seed and its number. Inputs that revealed faults are written to
 //! `fuzz-found`, scenes in the form of `xtask/corpus`: the arguments in the first line, then the
-//! scene. Needs a shell with `ulimit`.
+//! scene. Needs a shell with `ulimit`, and `script` for long calls.
 
 pub mod campaign;
 mod mutation;
 mod saved;
+mod shown;
 
 use std::error::Error;
 use std::fs;
 use std::time::{Duration, Instant};
 
-use campaign::{Campaign, Case, corpus};
+pub use saved::HUGE;
+
+use campaign::{Campaign, Case, Judgement, SECONDS, corpus};
 use saved::{Change, Saved};
 
 use crate::program::program;
@@ -73,7 +77,7 @@ impl Fuzz {
         let faults = match self.case {
             Some(number) => {
                 println!("{}", inputs.case(self.seed, number).text());
-                usize::from(inputs.report(&campaign, self.seed, number)?)
+                usize::from(inputs.report(&campaign, self.seed, number)?.is_fault())
             }
             None => self.random(&campaign, &inputs)?,
         };
@@ -84,15 +88,20 @@ impl Fuzz {
     fn random(&self, campaign: &Campaign, inputs: &Inputs) -> Result<usize, Box<dyn Error>> {
         let clock = Instant::now();
         let time = Duration::try_from_secs_f64(60.0 * self.minutes)?;
-        let (mut cases, mut found) = (0, 0);
+        let (mut cases, mut found, mut long) = (0, 0, 0);
         while self.cases.map_or(clock.elapsed() < time, |count| cases < count) {
-            found += usize::from(inputs.report(campaign, self.seed, cases)?);
+            let judgement = inputs.report(campaign, self.seed, cases)?;
+            found += usize::from(judgement.is_fault());
+            long += usize::from(matches!(judgement, Judgement::Long { .. }));
             cases += 1;
             if cases % 500 == 0 {
                 println!("{cases} cases, {found} faults, {:.0} s", clock.elapsed().as_secs_f64());
             }
         }
-        println!("seed {}: {cases} cases, {found} faults", self.seed);
+        println!(
+            "seed {}: {cases} cases, {found} faults, {long} beyond {SECONDS} s with progress",
+            self.seed
+        );
         Ok(found)
     }
 }
@@ -117,20 +126,27 @@ impl Inputs {
         }
     }
 
-    /// Runs a case, and prints and keeps its fault. Returns whether there was one.
-    fn report(&self, campaign: &Campaign, seed: u64, number: u64) -> Result<bool, Box<dyn Error>> {
+    /// Runs a case, prints what is not good, and keeps a case with a fault.
+    fn report(
+        &self,
+        campaign: &Campaign,
+        seed: u64,
+        number: u64,
+    ) -> Result<Judgement, Box<dyn Error>> {
         let case = self.case(seed, number);
-        let (fault, option, file) = match &case {
-            Input::Scene(case) => (campaign.fault(case)?, "", "scene.toml"),
-            Input::Saved(change) => (campaign.fault_of_change(change)?, "--saved ", change.file),
+        let (judgement, option, file) = match &case {
+            Input::Scene(case) => (campaign.judge(case)?, "", "scene.toml"),
+            Input::Saved(change) => (campaign.judge_change(change)?, "--saved ", change.file),
         };
-        let Some(fault) = fault else {
-            return Ok(false);
-        };
-        println!("{option}--seed {seed} --case {number}: {}: {fault}", case.arguments().join(" "));
-        fs::create_dir_all(FOUND)?;
-        fs::write(format!("{FOUND}/seed_{seed}_case_{number}_{file}"), case.content())?;
-        Ok(true)
+        if judgement != Judgement::Good {
+            let call = case.arguments().join(" ");
+            println!("{option}--seed {seed} --case {number}: {call}: {judgement}");
+        }
+        if judgement.is_fault() {
+            fs::create_dir_all(FOUND)?;
+            fs::write(format!("{FOUND}/seed_{seed}_case_{number}_{file}"), case.content())?;
+        }
+        Ok(judgement)
     }
 }
 
@@ -167,8 +183,9 @@ fn replay(campaign: &Campaign) -> Result<usize, Box<dyn Error>> {
     for entry in fs::read_dir(corpus())? {
         let path = entry?.path();
         let case = Case::read(&fs::read_to_string(&path)?).ok_or("a file without arguments")?;
-        if let Some(fault) = campaign.fault(&case)? {
-            println!("{}: {fault}", path.display());
+        let judgement = campaign.judge(&case)?;
+        if judgement.is_fault() {
+            println!("{}: {judgement}", path.display());
             found += 1;
         }
     }

@@ -257,8 +257,9 @@ fn change(content: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
-/// Numbers as pieces hold them, which are much larger than any count in a piece.
-const HUGE: [&[u8]; 4] = [
+/// Numbers as pieces hold them, much larger than any count in a piece: 2^64 - 1, 2^40, 2^31, and
+/// 2^21 - 1.
+pub const HUGE: [&[u8]; 4] = [
     &[0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01],
     &[0x80, 0x80, 0x80, 0x80, 0x80, 0x20],
     &[0x80, 0x80, 0x80, 0x80, 0x08],

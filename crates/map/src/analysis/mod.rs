@@ -48,7 +48,9 @@ pub use memory::{
 };
 pub use pace::seconds_per_return;
 pub(crate) use progress::place_of;
-pub use progress::{Gathered, Joining, NoProgress, Pieces, Progress, Shard, Share, SubProgress};
+pub use progress::{
+    Gathered, Joining, NoProgress, PartProgress, Pieces, Progress, Shard, Share, SubProgress,
+};
 pub use region_atlas::{AtlasRegion, AtlasStudy, AtlasWork, StroboscopicPoint, atlas_study};
 pub use section_frame::{EscapeBound, SectionFrame, escape_bounds, itinerary};
 pub use time_series::{

@@ -7,6 +7,7 @@
 //! depend on the results of several shares.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
@@ -31,6 +32,12 @@ pub trait Progress: Sync {
 
     /// Keeps a finished piece for a later run.
     fn keep(&self, _place: &[u64], _piece: &[u8]) {}
+}
+
+impl fmt::Debug for dyn Progress + '_ {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Progress")
+    }
 }
 
 /// Ignores all progress.
@@ -77,6 +84,76 @@ impl Progress for SubProgress<'_> {
     }
 }
 
+/// A part of a computation that counts as a fixed number of units of the whole, which the whole
+/// announces. Its own units are of any kind and number: returns, boxes, or work.
+///
+/// When it is dropped, all its units are done.
+#[derive(Debug)]
+pub struct PartProgress<'a> {
+    whole: &'a dyn Progress,
+    /// Units of the whole.
+    units: u64,
+    /// Own units, of any kind.
+    own: Mutex<OwnUnits>,
+}
+
+/// Units of a part, and the units of the whole that they have come to.
+#[derive(Debug, Default)]
+struct OwnUnits {
+    expected: u64,
+    done: u64,
+    /// Units of the whole that are done.
+    told: u64,
+}
+
+impl<'a> PartProgress<'a> {
+    /// Number of units that suits most parts: a bar moves by a thousandth.
+    pub const UNITS: u64 = 1000;
+
+    /// Part that counts as `units` units of the whole.
+    pub fn new(whole: &'a dyn Progress, units: u64) -> Self {
+        Self { whole, units, own: Mutex::default() }
+    }
+
+    /// Reports the share that is done, from 0 to 1. A share below an earlier one is ignored.
+    pub fn reach(&self, share: f64) {
+        self.tell(&mut locked(&self.own), share);
+    }
+
+    fn tell(&self, own: &mut OwnUnits, share: f64) {
+        let reached = ((self.units as f64 * share) as u64).clamp(own.told, self.units);
+        self.whole.advance(reached - own.told);
+        own.told = reached;
+    }
+}
+
+impl Progress for PartProgress<'_> {
+    fn expect(&self, total: u64) {
+        locked(&self.own).expected += total;
+    }
+
+    fn advance(&self, units: u64) {
+        let own = &mut locked(&self.own);
+        own.done += units;
+        let share = own.done as f64 / own.expected.max(1) as f64;
+        self.tell(own, share);
+    }
+
+    fn recall(&self, place: &[u64]) -> Option<Vec<u8>> {
+        self.whole.recall(place)
+    }
+
+    fn keep(&self, place: &[u64], piece: &[u8]) {
+        self.whole.keep(place, piece);
+    }
+}
+
+impl Drop for PartProgress<'_> {
+    fn drop(&mut self) {
+        self.reach(1.0);
+    }
+}
+
 /// Value kept by an earlier run at a place, to the last bit. `None` if there is none or if it does
 /// not fit the computation: pieces come from files and are not trusted.
 pub(crate) fn recalled<T: DeserializeOwned>(
@@ -116,6 +193,9 @@ pub(crate) fn place_of(number: u64, decisive: &impl Serialize) -> [u64; 2] {
     let bytes = postcard::to_stdvec(decisive).unwrap_or_default();
     [number, Digest::of_bytes(&bytes).0]
 }
+
+/// Count of iterates that no piece of a computation reaches; the sum of such counts is a number.
+pub(super) const MOST_ITERATES: u64 = 1 << 44;
 
 /// Keeps a value for a later run.
 pub(crate) fn keep<T: Serialize>(progress: &(impl Progress + ?Sized), place: &[u64], value: &T) {
@@ -286,7 +366,49 @@ impl Progress for Joining<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU64, Ordering};
+
     use super::*;
+
+    /// Units announced and done.
+    #[derive(Default)]
+    struct Counted([AtomicU64; 2]);
+
+    impl Progress for Counted {
+        fn expect(&self, total: u64) {
+            self.0[0].fetch_add(total, Ordering::Relaxed);
+        }
+
+        fn advance(&self, units: u64) {
+            self.0[1].fetch_add(units, Ordering::Relaxed);
+        }
+    }
+
+    #[test]
+    fn a_part_is_told_in_units_of_the_whole_that_only_grow_and_end_complete() {
+        let whole = Counted::default();
+        let done = || whole.0[1].load(Ordering::Relaxed);
+        let part = PartProgress::new(&whole, 1000);
+        part.expect(7_500_000);
+        part.advance(750_000);
+        assert_eq!(done(), 100);
+        // Work that was not foreseen does not take back what was told.
+        part.expect(7_500_000);
+        part.advance(750_000);
+        assert_eq!(done(), 100);
+        part.advance(1_500_000);
+        assert_eq!(done(), 200);
+        part.reach(0.1);
+        assert_eq!(done(), 200);
+        // More than was announced is no more than the whole part.
+        part.advance(30_000_000);
+        assert_eq!(done(), 1000);
+        drop(part);
+        assert_eq!(done(), 1000);
+        drop(PartProgress::new(&whole, 500));
+        assert_eq!(done(), 1500);
+        assert_eq!(whole.0[0].load(Ordering::Relaxed), 0);
+    }
 
     #[test]
     fn shares_part_what_there_is() {

@@ -33,7 +33,7 @@ use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
     SectionMap, finite_or_one, window_scales,
 };
-use crate::analysis::progress::{NoProgress, Progress, resumed};
+use crate::analysis::progress::{NoProgress, PartProgress, Progress, resumed_if};
 use crate::analysis::work::Unfinished;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -103,6 +103,18 @@ struct RecordedFlight {
     states: Vec<Vec<f64>>,
     /// Passages that make contact, for each return.
     returns: Vec<PassageSet>,
+}
+
+impl RecordedFlight {
+    /// Whether a kept flight has one state more than returns, each of so many coordinates, and no
+    /// passage beyond the map's.
+    fn fits(&self, dimension: usize, passages: usize) -> bool {
+        let Self { states, returns, .. } = self;
+        let is_known = |made: &PassageSet| made.iter().all(|passage| passage < passages);
+        states.len() == if returns.is_empty() { 0 } else { returns.len() + 1 }
+            && states.iter().all(|state| state.len() == dimension)
+            && returns.iter().all(is_known)
+    }
 }
 
 /// Data from which seeds are taken.
@@ -192,15 +204,25 @@ impl<'a> DirectBranches<'a> {
     pub(super) fn through_attractor(&self, start: &[f64]) -> Option<AttractorBranch> {
         let value = self.request.at[self.request.along];
         let (mut image, mut state) = (self.image.clone(), start.to_vec());
+        self.progress.expect(3 * PartProgress::UNITS);
+        let flights = PartProgress::new(self.progress, PartProgress::UNITS);
+        flights.expect(FLIGHTS as u64);
         let settled = (0..FLIGHTS).find_map(|_| {
             let flight = self.fly(&mut image, &state, value);
+            flights.advance(1);
             state.clone_from(flight.states.last()?);
             Some((self.settled_itinerary(&flight)?, flight))
         });
         let (itinerary, flight) = settled?;
+        drop(flights);
         let seed = self.nearest_period(&flight, &itinerary)?;
-        let trace = self.trace(&itinerary, &seed, &[], self.extent.most_work).trace?;
-        let branch = self.branch(&itinerary, &trace);
+        let traced = PartProgress::new(self.progress, PartProgress::UNITS);
+        let most = self.extent.most_work;
+        traced.expect(most);
+        let trace = self.reported_trace(&itinerary, &seed, &[], most, &traced).trace?;
+        drop(traced);
+        let described = PartProgress::new(self.progress, PartProgress::UNITS);
+        let branch = self.reported_branch(&itinerary, &trace, &described);
         let distance = |point: &BranchPoint| {
             let FoundOrbit { parameters, states, .. } = &point.orbit;
             let away = (parameters[self.request.along] - value).abs() / self.units.parameters[0];
@@ -258,6 +280,9 @@ impl<'a> DirectBranches<'a> {
         let up: Vec<f64> = (0..VALUES).map(value).collect();
         let down: Vec<f64> = up.iter().rev().copied().collect();
         let piece = |number: usize| [BranchPiece::Flights as u64, number as u64];
+        let fits = |flights: &Vec<RecordedFlight>| {
+            flights.iter().all(|flight| flight.fits(self.image.dimension(), self.map.passages()))
+        };
         self.progress.expect(VALUES as u64 + 2);
         let scattered_at = |number: usize, value: f64| {
             let mut image = self.image.clone();
@@ -271,7 +296,8 @@ impl<'a> DirectBranches<'a> {
             starts.map(|start| self.fly(&mut image, &start, value)).collect::<Vec<_>>()
         };
         let about = parallel::map(up.iter().enumerate(), |(number, &value)| {
-            let found = resumed(self.progress, &piece(number), || scattered_at(number, value));
+            let compute = || scattered_at(number, value);
+            let found = resumed_if(self.progress, &piece(number), fits, compute);
             self.progress.advance(1);
             found
         });
@@ -290,7 +316,8 @@ impl<'a> DirectBranches<'a> {
             flights
         };
         let flights = parallel::map([&up, &down].into_iter().enumerate(), |(way, values)| {
-            let found = resumed(self.progress, &piece(VALUES + way), || carried(values));
+            let piece = piece(VALUES + way);
+            let found = resumed_if(self.progress, &piece, fits, || carried(values));
             self.progress.advance(1);
             found
         });
@@ -946,12 +973,14 @@ impl BranchSource for DirectBranches<'_> {
         known: &[DirectTrace],
         most: u64,
     ) -> SearchedBranch<DirectOrbit<f64>> {
-        let Some((mut equations, guess)) = self.equations_at(itinerary, seed) else {
-            return SearchedBranch { trace: None, work: 0 };
-        };
-        equations.limit_work(most);
-        let trace = self.through(&mut equations, &guess, seed, known);
-        SearchedBranch { trace, work: equations.work() }
+        self.reported_trace(itinerary, seed, known, most, &NoProgress)
+    }
+
+    fn fits(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> bool {
+        let Some(first) = trace.points.first() else { return false };
+        let mut equations = in_points_of(self.equations(itinerary), &first.linearised.extra);
+        let count = equations.variables() + 1;
+        trace.fits(itinerary, &mut equations, count)
     }
 
     fn most_work(&self) -> u64 {
@@ -1014,8 +1043,39 @@ impl BranchSource for DirectBranches<'_> {
     }
 
     fn branch(&self, itinerary: &ContactItinerary, trace: &DirectTrace) -> Branch {
+        self.reported_branch(itinerary, trace, &NoProgress)
+    }
+}
+
+impl DirectBranches<'_> {
+    /// Result of [`BranchSource::trace`]; reports the work, of which `most` is expected.
+    fn reported_trace(
+        &self,
+        itinerary: &ContactItinerary,
+        seed: &BranchSeed,
+        known: &[DirectTrace],
+        most: u64,
+        progress: &dyn Progress,
+    ) -> SearchedBranch<DirectOrbit<f64>> {
+        let Some((mut equations, guess)) = self.equations_at(itinerary, seed) else {
+            return SearchedBranch { trace: None, work: 0 };
+        };
+        equations.limit_work(most);
+        equations.report_work(progress);
+        let trace = self.through(&mut equations, &guess, seed, known);
+        SearchedBranch { trace, work: equations.work() }
+    }
+
+    /// Result of [`BranchSource::branch`]; reports its points.
+    fn reported_branch(
+        &self,
+        itinerary: &ContactItinerary,
+        trace: &DirectTrace,
+        progress: &dyn Progress,
+    ) -> Branch {
         let equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
         let orbits = trace.orbits();
+        progress.expect(orbits.len() as u64);
         let before = once(None).chain(orbits.iter().map(|(place, _)| Some(*place)));
         let points = orbits.iter().zip(before).flat_map(|((place, turns), before)| {
             let (place, point) = (*place, &trace.points[*place]);
@@ -1047,6 +1107,7 @@ impl BranchSource for DirectBranches<'_> {
                 let exact = self.refined_doubling(itinerary, point);
                 orbit.parameters = exact.unwrap_or(orbit.parameters);
             }
+            progress.advance(1);
             passed.into_iter().chain([BranchPoint { orbit, special }])
         });
         let mut points = each_once(points.collect());
@@ -1077,9 +1138,7 @@ impl BranchSource for DirectBranches<'_> {
         }
         Branch { itinerary: itinerary.clone(), points, ends, unresolved }
     }
-}
 
-impl DirectBranches<'_> {
     /// Whether `h''` nearly vanishes at a point of an orbit on the tangency section: the point is
     /// about to meet a local maximum of the gap and to vanish with it.
     fn loses_section_point(&self, orbit: &FoundOrbit) -> bool {

@@ -385,6 +385,12 @@ impl BranchSource for MapBranches<'_> {
         SearchedBranch { trace: self.through(itinerary, seed, known), work: 0 }
     }
 
+    fn fits(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> bool {
+        let mut equations = self.equations(itinerary);
+        let count = equations.first_parameter() + 1;
+        trace.fits(itinerary, &mut equations, count)
+    }
+
     fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<BranchSeed> {
         let equations = self.equations(itinerary);
         let contacts = itinerary.contacts();

@@ -151,6 +151,30 @@ pub struct Branch {
     pub unresolved: Vec<[f64; 2]>,
 }
 
+impl Branch {
+    /// Whether a kept branch has orbits of an itinerary, and the sizes of its trace: numbers of
+    /// section points, of their coordinates, and of active parameters.
+    pub(super) fn fits(
+        &self,
+        itinerary: &ContactItinerary,
+        [states, dimension, parameters]: [usize; 3],
+    ) -> bool {
+        let is_known = |number: usize, passage: usize| {
+            number < itinerary.period() && passage < itinerary.passages()
+        };
+        let fits = |BranchPoint { orbit, special }: &BranchPoint| {
+            let mut grazing = special.iter().flat_map(|special| &special.grazing);
+            orbit.itinerary == *itinerary
+                && orbit.parameters.len() == parameters
+                && orbit.states.len() == states
+                && orbit.states.iter().all(|state| state.len() == dimension)
+                && orbit.contacts.iter().all(|contact| is_known(contact.number, contact.passage))
+                && grazing.all(|&[number, passage]| is_known(number, passage))
+        };
+        self.itinerary == *itinerary && !self.points.is_empty() && self.points.iter().all(fits)
+    }
+}
+
 /// Branch of direct simulation through an attractor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AttractorBranch {

@@ -26,7 +26,7 @@ use trace::BranchSource;
 
 use crate::analysis::error::AnalysisError;
 use crate::analysis::periodic::{ContactItinerary, FoundOrbit};
-use crate::analysis::progress::{NoProgress, Progress, Shard};
+use crate::analysis::progress::{Progress, Shard};
 use crate::analysis::work::MOST_WORK;
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
@@ -103,7 +103,8 @@ pub fn branches_share(
 /// request are not used.
 ///
 /// `None` if the flight settles on no orbit of up to `request.longest` returns, or if that orbit is
-/// not solved for. A branch that takes more than an eighth of [`MOST_WORK`] is cut short.
+/// not solved for. A branch that takes more than an eighth of [`MOST_WORK`] is cut short. Progress
+/// is told of the flights, of the work along the branch, and of the points that are described.
 ///
 /// # Errors
 ///
@@ -114,11 +115,12 @@ pub fn attractor_branch(
     map: &LocalMap,
     request: &BranchRequest,
     start: &[f64],
+    progress: &dyn Progress,
 ) -> Result<Option<AttractorBranch>, AnalysisError> {
     let system = HybridSystem::new(&scene.model);
     let extent = Extent { most_work: ATTRACTOR_WORK, ..Extent::to(Follow::Asked) };
     let asked = (request, extent);
-    let of = DirectBranches::new(&system, scene, orbit, map, asked, &NoProgress)?;
+    let of = DirectBranches::new(&system, scene, orbit, map, asked, progress)?;
     Ok(of.through_attractor(start))
 }
 
@@ -160,6 +162,7 @@ pub(super) fn direct_orbits(
 mod tests {
     use super::*;
     use crate::analysis::direct_image::DirectImage;
+    use crate::analysis::progress::NoProgress;
     use crate::expansion::{Expander, MapOrders};
     use crate::model::catalogue;
     use crate::orbit::locate;

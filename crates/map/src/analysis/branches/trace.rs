@@ -16,8 +16,8 @@ use crate::analysis::continuation::{
     any_tangent, apart, between, corrected, follow, moved, normalised, searched, tangent_at,
     unit_vector, zero_near,
 };
-use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, Shard, place_of, resumed};
+use crate::analysis::periodic::{ContactItinerary, KeptOrbit};
+use crate::analysis::progress::{Progress, Shard, place_of, resumed_if};
 use crate::iteration::{PhaseCircle, parallel};
 use crate::numeric::linear::solve;
 use crate::numeric::{Dd, converted};
@@ -212,6 +212,49 @@ impl<X: Clone> TracedBranch<X> {
     }
 }
 
+impl<X: KeptOrbit> TracedBranch<X> {
+    /// Whether a kept branch has the sizes and indices that its equations, with `count` unknowns,
+    /// give: those at one of its points are computed anew.
+    pub(super) fn fits<C: CurveEquations<f64, Extra = X>>(
+        &self,
+        itinerary: &ContactItinerary,
+        equations: &mut C,
+        count: usize,
+    ) -> bool {
+        let points = self.points.len();
+        let sizes = |point: &ContinuationPoint<f64, X>| {
+            [point.unknowns.len(), point.tangent.len()] == [count; 2]
+        };
+        if !self.points.iter().all(sizes) {
+            return false;
+        }
+        // A point at the border of the equations may have no derivatives.
+        let computed = [points / 2, 0].into_iter().find_map(|place| {
+            let ContinuationPoint { unknowns, tangent, .. } = self.points.get(place)?;
+            let (unknowns, tangent) = (unknowns.clone(), tangent.clone());
+            let linearised = equations.linearised(&unknowns)?;
+            Some(ContinuationPoint { unknowns, tangent, linearised, tests: Vec::new() })
+        });
+        let Some(computed) = computed else { return false };
+        let tests = equations.tests(&computed).len();
+        let is_like = |point: &ContinuationPoint<f64, X>| {
+            let [kept, own] = [&point.linearised, &computed.linearised];
+            point.tests.len() == tests
+                && kept.residual.len() == own.residual.len()
+                && kept.jacobian.shape() == own.jacobian.shape()
+                && kept.extra.is_like(&own.extra, itinerary)
+        };
+        let is_border_known = |end: &ContinuationEnd| match *end {
+            ContinuationEnd::Border { unknown } => unknown < count,
+            _ => true,
+        };
+        self.points.iter().all(is_like)
+            && self.turns.iter().all(|turn| turn.point < points && turn.test < tests)
+            && self.unresolved.iter().flatten().all(|&point| point < points)
+            && self.ends.iter().all(is_border_known)
+    }
+}
+
 /// Result of a search from a seed.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(serialize = "X: Serialize", deserialize = "X: Deserialize<'de>"))]
@@ -247,7 +290,7 @@ pub(super) type Traces<X> = Vec<(ContactItinerary, Vec<TracedBranch<X>>)>;
 /// Finds and describes the orbits of branches: implemented by a map and by direct simulation.
 pub(super) trait BranchSource: Sync {
     /// Data of an orbit beside its equations.
-    type Orbit: Clone + Serialize + DeserializeOwned + Send + Sync;
+    type Orbit: Clone + Serialize + DeserializeOwned + KeptOrbit + Send + Sync;
     /// Data shared by the seeds of all itineraries.
     type SeedData: Sync;
 
@@ -265,6 +308,8 @@ pub(super) trait BranchSource: Sync {
         known: &[TracedBranch<Self::Orbit>],
         most: u64,
     ) -> SearchedBranch<Self::Orbit>;
+    /// Whether a kept branch has the sizes and indices of the equations of its itinerary.
+    fn fits(&self, itinerary: &ContactItinerary, trace: &TracedBranch<Self::Orbit>) -> bool;
     /// Most work for the seeds of an itinerary, in all rounds together.
     fn most_work(&self) -> u64 {
         u64::MAX
@@ -306,7 +351,10 @@ pub(super) trait BranchSource: Sync {
             let place =
                 place_of(BranchPiece::Trace as u64, &(itinerary, traces.len(), &seed, *left));
             let search = || self.trace(itinerary, &seed, &traces, *left);
-            let SearchedBranch { trace, work } = resumed(progress, &place, search);
+            let fits = |found: &SearchedBranch<Self::Orbit>| {
+                found.trace.as_ref().is_none_or(|trace| self.fits(itinerary, trace))
+            };
+            let SearchedBranch { trace, work } = resumed_if(progress, &place, fits, search);
             *left = left.saturating_sub(work);
             traces.extend(trace);
         }
@@ -370,7 +418,10 @@ pub(super) trait BranchSource: Sync {
         progress.expect(traces.clone().count() as u64);
         parallel::map(traces, |(itinerary, trace)| {
             let place = place_of(BranchPiece::Branch as u64, &(itinerary, trace));
-            let branch = resumed(progress, &place, || self.branch(itinerary, trace));
+            let states = trace.points[0].linearised.extra.states();
+            let sizes = [states.len(), states[0].len(), self.asked().0.at.len()];
+            let fits = |branch: &Branch| branch.fits(itinerary, sizes);
+            let branch = resumed_if(progress, &place, fits, || self.branch(itinerary, trace));
             progress.advance(1);
             branch
         })

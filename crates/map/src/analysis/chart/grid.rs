@@ -9,7 +9,7 @@ use crate::analysis::diagram::{
     settle,
 };
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, Shard, given, resumed_if};
+use crate::analysis::progress::{MOST_ITERATES, Progress, Shard, given, resumed_if};
 use crate::analysis::refinement::{BlockProbes, Tiles, refine, refine_share};
 use crate::expansion::MapWindow;
 use crate::iteration::parallel;
@@ -24,9 +24,9 @@ type CellFound = (Vec<ChartAttractor>, u64);
 /// Cells already computed, by index.
 type KnownCells = HashMap<usize, CellFound>;
 
-/// Whether a cell has an attractor, as every computed cell has.
-fn is_found((attractors, _): &CellFound) -> bool {
-    !attractors.is_empty()
+/// Whether a cell has an attractor, as every computed cell has, and a possible number of iterates.
+fn is_found((attractors, iterates): &CellFound) -> bool {
+    !attractors.is_empty() && *iterates < MOST_ITERATES
 }
 
 /// The cells of a chart.

@@ -13,7 +13,7 @@ use std::time::Instant;
 use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing};
 use super::sweep::{Reach, SweepRequest, Visit, starts, visit};
 use super::swept_map::SweptMap;
-use crate::analysis::progress::{Progress, Shard, keep, recalled};
+use crate::analysis::progress::{MOST_ITERATES, Progress, Shard, keep, recalled};
 use crate::iteration::parallel;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
@@ -120,7 +120,8 @@ impl KeptVisits<'_> {
         recalled(self.progress, &self.place(value), |visit: &Visit| {
             let DiagramPoint { kept, values, .. } = &visit.point;
             let carried = visit.carried.as_ref();
-            *kept <= self.keep
+            visit.iterates < MOST_ITERATES
+                && *kept <= self.keep
                 && values.len() <= *kept
                 && carried.is_none_or(|state| state.len() == self.dimension)
         })

@@ -15,6 +15,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
+use super::kept_orbit::{KeptOrbit, lengths};
 use super::map_equations::{halves, is_same, reciprocal_pairs, repeats_after_half};
 use super::returns::PrescribedReturn;
 use crate::analysis::continuation::{
@@ -22,6 +23,7 @@ use crate::analysis::continuation::{
 };
 use crate::analysis::direct_image::{DirectEnd, DirectImage, SectionImage};
 use crate::analysis::error::AnalysisError;
+use crate::analysis::progress::{NoProgress, Progress};
 use crate::analysis::section_frame::extents;
 use crate::iteration::{PassageSet, PhaseCircle};
 use crate::model::Scene;
@@ -51,6 +53,8 @@ pub struct DirectOrbitEquations<'a, S: Real> {
     /// Work done and its bound, in products of series.
     work: u64,
     most_work: u64,
+    /// Receiver of the work as it is done.
+    progress: &'a dyn Progress,
 }
 
 /// Flight from one section point to the next.
@@ -108,6 +112,31 @@ pub struct DirectOrbit<S> {
     /// Derivatives of the first section point by the free parameters.
     #[serde(with = "saved")]
     by_parameters: Vec<DVector<S>>,
+}
+
+impl KeptOrbit for DirectOrbit<f64> {
+    fn states(&self) -> &[Vec<f64>] {
+        &self.states
+    }
+
+    fn is_like(&self, computed: &Self, itinerary: &ContactItinerary) -> bool {
+        let is_known = |&(number, passage, _): &(usize, usize, f64)| {
+            number < itinerary.period() && passage < itinerary.passages()
+        };
+        let blocks = |orbit: &Self| -> Vec<[(usize, usize); 2]> {
+            orbit.blocks.iter().map(|block| block.each_ref().map(DMatrix::shape)).collect()
+        };
+        let by_parameters =
+            |orbit: &Self| -> Vec<usize> { orbit.by_parameters.iter().map(DVector::len).collect() };
+        lengths(&self.states) == lengths(&computed.states)
+            && self.returns == computed.returns
+            && self.speeds.iter().all(is_known)
+            && self.hits.len() == computed.hits.len()
+            && blocks(self) == blocks(computed)
+            && self.stretches.len() == computed.stretches.len()
+            && self.regular.shape() == computed.regular.shape()
+            && by_parameters(self) == by_parameters(computed)
+    }
 }
 
 /// A section point and its image.
@@ -260,6 +289,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             reach: REACH,
             work: 0,
             most_work: u64::MAX,
+            progress: &NoProgress,
         }
     }
 
@@ -273,6 +303,11 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     /// Bounds the work; nothing more is simulated once it is used up.
     pub fn limit_work(&mut self, most: u64) {
         self.most_work = most;
+    }
+
+    /// Reports work as it is done; the receiver knows its bound.
+    pub fn report_work(&mut self, progress: &'a dyn Progress) {
+        self.progress = progress;
     }
 
     /// Work so far, in products of series.
@@ -490,7 +525,9 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 (flight.image.lifted(image), slopes.zip(Some(gap)))
             }
         };
-        self.work += flight.image.work() * (1 + VARIED * columns as u64);
+        let work = flight.image.work() * (1 + VARIED * columns as u64);
+        self.work += work;
+        self.progress.advance(work);
         let SectionImage { end, passages, .. } = &image;
         if *end != DirectEnd::Returned {
             return None;

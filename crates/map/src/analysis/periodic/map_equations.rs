@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::contact_itinerary::ContactItinerary;
+use super::kept_orbit::{KeptOrbit, lengths};
 use super::orbit::{finite_or_one, window_scales};
 use crate::analysis::continuation::{
     ContinuationPoint, CurveEquations, Linearised, TestValue, bordered,
@@ -54,6 +55,25 @@ pub struct PassagesOfOrbit<S> {
     pub free: Vec<(usize, usize, S)>,
     /// Contacts, in order: return, passage, and point of arrival (coordinates; parameters).
     pub arrivals: Vec<(usize, usize, Vec<S>)>,
+}
+
+impl KeptOrbit for PassagesOfOrbit<f64> {
+    fn states(&self) -> &[Vec<f64>] {
+        &self.states
+    }
+
+    fn is_like(&self, computed: &Self, _: &ContactItinerary) -> bool {
+        let free = |orbit: &Self| -> Vec<[usize; 2]> {
+            orbit.free.iter().map(|&(number, passage, _)| [number, passage]).collect()
+        };
+        let arrivals = |orbit: &Self| -> Vec<[usize; 3]> {
+            let arrivals = orbit.arrivals.iter();
+            arrivals.map(|(number, passage, point)| [*number, *passage, point.len()]).collect()
+        };
+        lengths(&self.states) == lengths(&computed.states)
+            && free(self) == free(computed)
+            && arrivals(self) == arrivals(computed)
+    }
 }
 
 /// Difference of offsets that counts as rounding, in the unit of the coordinate.

@@ -12,6 +12,7 @@ mod contact_itinerary;
 mod direct_equations;
 mod found_orbit;
 mod itinerary_search;
+mod kept_orbit;
 mod map_equations;
 mod orbit;
 mod returns;
@@ -23,6 +24,7 @@ pub(super) use found_orbit::ByMap;
 pub use found_orbit::{FoundOrbit, OrbitContact};
 pub(super) use itinerary_search::SettledCycle;
 pub use itinerary_search::{DepthVariableMap, ItineraryOrbit, ItinerarySearch};
+pub(super) use kept_orbit::KeptOrbit;
 pub use map_equations::{MapOrbitEquations, PassagesOfOrbit};
 pub(super) use orbit::finite_or_one;
 pub use orbit::{
