@@ -365,6 +365,14 @@ fn the_mirror_image_of_an_orbit_has_its_branch() {
         mine.flat_map(|branch| &branch.points).find(|point| point.special.is_none())
     };
     assert!(of("10").is_some() && of("01").is_some(), "{:?}", found.branches.len());
+    // Both end at the same graze, whichever passage makes the contact.
+    let ends = found.branches.iter().filter(|branch| branch.ends.contains(&BranchEnd::Graze));
+    let ends = ends.flat_map(|branch| [branch.points.first(), branch.points.last()]).flatten();
+    let grazes = ends.filter(|point| {
+        point.orbit.contacts.len() == 1 && point.orbit.contacts[0].speed.abs() < 1e-6
+    });
+    let offsets: Vec<f64> = grazes.map(|point| point.orbit.parameters[0]).collect();
+    assert!(offsets.len() >= 2 && offsets.iter().all(|at| at.abs() < 1e-18), "{offsets:?}");
 }
 
 /// The window is a thousandth of this range: what the map has there is found.

@@ -156,6 +156,36 @@ fn one_surface_is_grazed_twice_where_two_maxima_are_equal() {
     assert!(orbit.passages[1].time.hi > 0.1 * orbit.period.hi && orbit.is_physical());
 }
 
+/// Two equal maxima of a motion that is even in time, run twice: the period is the fault, not a
+/// passage without a name.
+#[test]
+fn an_orbit_of_two_equal_maxima_run_twice_is_a_shorter_one() {
+    let even = [
+        (
+            "zeta = 0.05, omega = 0.8, b = 0.0, chi = 0.3",
+            "zeta = 0.0, omega = 0.3, b = -0.5, chi = 0.0",
+        ),
+        ("right = 2.5, left = 2.0", "right = 1.0, left = 9.0"),
+        ("passages = [\"right\", \"left\"]", "surface = \"right\""),
+        ("solve_for = [\"right\", \"left\"]", "solve_for = \"right\""),
+    ];
+    let text = edited(&even);
+    let once = reason(&parse(&text, &[]));
+    assert!(matches!(once, NotLocated::TouchesElsewhere { .. }), "{once}");
+    let twice = reason(&parse(&text, &[("grazing.periods", "2")]));
+    assert!(matches!(twice, NotLocated::Repeats { times: 2, periods: Some(2), .. }), "{twice}");
+    let named = text.replace("surface = \"right\"", "passages = [\"right\", \"right\"]");
+    let scene = parse(&named, &[]);
+    // x = a cos θ + c cos 2θ, with equal maxima c + a²/(8 |c|) … at cos θ = a/(4 |c|).
+    let one = Dd::from(1.0);
+    let square = number("0.3") * number("0.3");
+    let a = one / (one - square);
+    let c = number("0.5") / (one - Dd::from(4.0) * square);
+    let height = c + a * a / (Dd::from(8.0) * c);
+    let found = parameter(&scene, &orbit(&scene), "right");
+    assert!((found - height).magnitude() < 1e-27, "{found} {height}");
+}
+
 #[test]
 fn second_graze_is_found_where_it_touches_of_itself_and_its_gap_is_told_where_not() {
     let text = edited(&TWICE).replace(r#"["right", "chi"]"#, r#""right""#);

@@ -409,6 +409,64 @@ fn integrals_over_features_of_every_kind_are_those_of_gauss_rule_in_free_flight_
     }
 }
 
+/// Forces that are flat over much of the period, as products and powers written in other ways: a
+/// large factor before a power, powers of products and of sums, two powers of one base, and factors
+/// whose zeros meet.
+fn flat_forces() -> Vec<Force> {
+    let mut forces = Vec::new();
+    let eighths: Vec<f64> = (0..16).map(|k| PI * f64::from(k) / 8.0).collect();
+    let mut force = |text: &str, value: fn(f64) -> f64| {
+        let sixths = (0..12).map(|k| PI * f64::from(k) / 6.0);
+        let places = eighths.iter().copied().chain(sixths).chain([1.0 + PI]).collect();
+        forces.push(Force { text: text.into(), places, value: Box::new(value) });
+    };
+    force("(sin(theta)*cos(theta))^400*2^400", |t| (2.0 * t).sin().powi(400));
+    force("(2*sin(theta))^300*cos(theta)^300", |t| (2.0 * t).sin().powi(300));
+    force("(0.4 - 0.4*cos(theta - 1))^200.5*1.25^200.5", |t| {
+        (0.5 - 0.5 * (t - 1.0).cos()).powf(200.5)
+    });
+    force("(1.02*cos(theta)*cos(theta + 0.2))^100", |t| {
+        (1.02 * t.cos() * (t + 0.2).cos()).powi(100)
+    });
+    force("cos(theta)^100 + cos(theta)^1000", |t| t.cos().powi(100) + t.cos().powi(1000));
+    force("cos(theta)^15*cos(3*theta)^15", |t| (t.cos() * (3.0 * t).cos()).powi(15));
+    force("cos(theta)^15*cos(3*theta)^15*sin(2*theta)^14", |t| {
+        (t.cos() * (3.0 * t).cos()).powi(15) * (2.0 * t).sin().powi(14)
+    });
+    force("(0.5 - 0.5*cos(theta))^15", |t| (0.5 - 0.5 * t.cos()).powi(15));
+    force("((1 - cos(theta))^2/4*(1 - cos(theta + 0.01))/2)^15", |t| {
+        (0.125 * (1.0 - t.cos()).powi(2) * (1.0 - (t + 0.01).cos())).powi(15)
+    });
+    forces
+}
+
+/// A wave beside such a force hides it from the last coefficients.
+#[test]
+fn integrals_over_flat_forces_beside_a_wave_are_those_of_gauss_rule() {
+    for Force { text, places, value } in flat_forces() {
+        let beside = format!("x = \"v\"\nv = \"p*({text} + cos(theta))\"");
+        let model = parsed(&scene(&beside, FAR), "force", &NONE).model;
+        let field = Field::free(&model, &[]);
+        for from in [0.0, 0.3, FRAC_PI_2, 2.9, PI, 5.5] {
+            let to = from + 1.5 * TAU;
+            let exact = integrated(&value, [from, to], &places) + to.sin() - from.sin();
+            let mut integrator = Integrator::<f64>::new(&field);
+            let mut steps = 2000;
+            let end = integrator.flow_within(&[0.0, 0.0, from], &[1.0], to - from, &mut steps);
+            let alone = end.expect("a finite force")[1];
+            for (name, found) in [
+                ("alone", alone),
+                ("free", flown_freely(&format!("{text} + cos(theta)"), from, to - from)),
+                ("contact", flown_in_contact(&format!("{text} + cos(theta)"), from, to - from)),
+            ] {
+                let error = (found - exact).abs();
+                // The rounding of a base, in a power of up to a thousand.
+                assert!(error < 2e-12, "{text} from {from}, {name}: {error:e} of {exact}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_force_that_changes_on_a_short_way_of_the_state_keeps_the_energy() {
     // Potentials of height 0.1 with x' = 1 far away: v²/2 + V.

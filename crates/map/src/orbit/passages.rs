@@ -406,24 +406,28 @@ pub(super) fn further_graze(
     orbit: &GrazingOrbit,
 ) -> Result<Option<NotLocated>, OrbitError> {
     let others = other_minima(scene, &orbit.passages, orbit.period)?.minima;
-    let touches = others.iter().filter(|minimum| minimum.event == 0.0);
-    let Some(next) = touches.min_by(|a, b| a.time.total_cmp(&b.time)) else {
-        return Ok(None);
-    };
+    let graze = orbit.grazing_point();
+    let start = converted(&graze.state);
+    let mut touches = others.iter().filter(|minimum| minimum.event == 0.0).collect::<Vec<_>>();
+    touches.sort_by(|a, b| a.time.total_cmp(&b.time));
     let name = |surface: usize| scene.model.surfaces[surface].name.clone();
-    let (surface, graze, time) = (name(next.surface), orbit.grazing_point(), next.time);
-    if !(next.surface == graze.surface && is_same(scene, &next.state, &converted(&graze.state))) {
-        let named = orbit.passages.iter().map(|graze| (graze.time.to_f64(), graze.surface));
-        let touched = others.iter().filter(|minimum| minimum.event == 0.0);
-        let touched = touched.map(|minimum| (minimum.time, minimum.surface));
-        let mut passages: Vec<(f64, usize)> = named.chain(touched).collect();
-        passages.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let passages = passages.into_iter().map(|(_, surface)| name(surface)).collect();
-        return Ok(Some(NotLocated::TouchesElsewhere { surface, time, passages }));
+    let mut repeats = touches.iter();
+    if let Some(next) =
+        repeats.find(|next| next.surface == graze.surface && is_same(scene, &next.state, &start))
+    {
+        let times = (orbit.period.to_f64() / next.time).round() as usize;
+        let periods = scene.model.phase.as_ref().map(|_| scene.grazing.periods);
+        let (surface, time) = (name(next.surface), next.time);
+        return Ok(Some(NotLocated::Repeats { surface, time, times, periods }));
     }
-    let times = (orbit.period.to_f64() / time).round() as usize;
-    let periods = scene.model.phase.as_ref().map(|_| scene.grazing.periods);
-    Ok(Some(NotLocated::Repeats { surface, time, times, periods }))
+    let Some(next) = touches.first() else { return Ok(None) };
+    let named = orbit.passages.iter().map(|graze| (graze.time.to_f64(), graze.surface));
+    let touched = touches.iter().map(|minimum| (minimum.time, minimum.surface));
+    let mut passages: Vec<(f64, usize)> = named.chain(touched).collect();
+    passages.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let passages = passages.into_iter().map(|(_, surface)| name(surface)).collect();
+    let (surface, time) = (name(next.surface), next.time);
+    Ok(Some(NotLocated::TouchesElsewhere { surface, time, passages }))
 }
 
 /// Whether two full states are equal to rounding, with phases modulo their period.

@@ -42,10 +42,13 @@ enum Feature {
     Step { pole: f64, flat: f64 },
     /// A singularity at argument 0: divisors, roots, logarithms.
     Zero,
-    /// A power that is not a whole number: a singularity at 0, where the power vanishes.
-    Root(f64),
-    /// A power whose exponent is larger in magnitude than the series can show.
-    Power(f64),
+    /// A power that is not a whole number: a singularity at 0, where the power vanishes; below a
+    /// magnitude of its base it counts as zero.
+    Root { vanishing: f64 },
+    /// A power that may be flatter beside its zero than a series can show: the logarithm of its
+    /// base moves by at most a share of the order, and below a magnitude of its base it counts as
+    /// zero (above it, if the exponent is negative).
+    Power { share: f64, vanishing: f64 },
 }
 
 /// Largest index of the largest term of an exponential series, as a share of the order.
@@ -83,15 +86,22 @@ const LEAST_ROOT: f64 = 8.0;
 /// Logarithm below which a high power counts as zero.
 const VANISHING_POWER: f64 = -184.0;
 
+/// Least magnitude of a base below which its power may count as zero, above the rounding of sums.
+///
+/// NOTE: a sum within rounding of zero has a series that does not tell where it grows again.
+const LEAST_VANISHING: f64 = 1e-12;
+
+/// Least order of a zero that the last coefficients of a series may not show.
+const FLAT: u32 = 26;
+
 impl Feature {
-    /// One feature whose room is the smaller of both, if one of the two has it; `None` otherwise.
-    fn joined(self, other: Self) -> Option<Self> {
-        match (self, other) {
-            (Self::Power(one), Self::Power(other)) => {
-                let alike = one.signum() == other.signum();
-                alike.then_some(Self::Power(if one.abs() > other.abs() { one } else { other }))
-            }
-            _ => (self == other).then_some(self),
+    /// A power of a base, as one of a number of factors; the power counts as zero if it is below
+    /// `e^{−184}` after the factor `e^{gain}`.
+    fn power(exponent: f64, factors: f64, gain: f64) -> Self {
+        let vanishing = ((VANISHING_POWER - gain) / exponent).exp();
+        Self::Power {
+            share: SHARE_OF_ORDER / (factors * exponent),
+            vanishing: vanishing.max(LEAST_VANISHING),
         }
     }
 
@@ -109,14 +119,14 @@ impl Feature {
             // NOTE: at the singularity there is no series at all, and no step to be shortened.
             Feature::Zero if value == 0.0 => f64::INFINITY,
             Feature::Zero => SHARE_OF_ZERO * value.abs(),
-            Feature::Root(power) => {
+            Feature::Root { vanishing } => {
                 let size = value.abs();
-                (SHARE_OF_ZERO * size).max((VANISHING_POWER / power).exp() - size)
+                (SHARE_OF_ZERO * size).max(vanishing - size)
             }
-            Feature::Power(power) => {
-                let (size, vanishing) = (value.abs(), (VANISHING_POWER / power).exp());
-                let grows = (size * (growth / power).exp_m1()).abs();
-                grows.max((vanishing - size) * power.signum())
+            Feature::Power { share, vanishing } => {
+                let size = value.abs();
+                let grows = (size * (share * order as f64).exp_m1()).abs();
+                grows.max((vanishing - size) * share.signum())
             }
         }
     }
@@ -125,18 +135,122 @@ impl Feature {
 /// Arguments of a program's operations that need checks; `inputs` as in the lowering.
 pub(super) fn arguments(program: &Program, inputs: &[InputKind]) -> Vec<Argument> {
     let moves = program.moving(inputs);
-    let mut powers: Vec<(Slot, u32)> = (0..inputs.len()).map(|slot| (slot, 1)).collect();
-    let mut found = Vec::new();
+    let slots = Slots::new(program, inputs);
+    let mut found: Vec<Argument> = Vec::new();
     for slot in inputs.len()..program.slots() {
-        powers.push(power(*program.operation(slot), slot, &powers));
-        let features = [feature(program, slot, &powers), high_power(program, slot, &powers)];
-        for (of, feature) in features.into_iter().flatten() {
-            if moves[of] {
-                found.push(Argument { slot: of, feature });
+        let feature = slots.feature(slot).into_iter();
+        for (of, feature) in feature.chain(slots.flat_product(slot)) {
+            let argument = Argument { slot: of, feature };
+            if moves[of] && !found.contains(&argument) {
+                found.push(argument);
             }
         }
     }
-    without_repetition(found)
+    found
+}
+
+/// Properties of the slots of a program that tell which of them may hide a narrow feature.
+struct Slots<'p> {
+    program: &'p Program,
+    /// Every slot as a power of another one, up to the sign: the base and the exponent.
+    powers: Vec<(Slot, u32)>,
+    /// Order of the highest zero that a slot is expected to have: the sum of those of its factors,
+    /// 2 for a state or a sum, which may have a turning point there.
+    orders: Vec<u32>,
+    /// Logarithm of the largest constant factor, at least 1, with which a slot enters an output.
+    gains: Vec<f64>,
+    /// Mask: a slot enters nothing but higher powers of its base.
+    is_part: Vec<bool>,
+}
+
+impl<'p> Slots<'p> {
+    fn new(program: &'p Program, inputs: &[InputKind]) -> Self {
+        let mut powers: Vec<(Slot, u32)> = (0..inputs.len()).map(|slot| (slot, 1)).collect();
+        let mut orders: Vec<u32> = inputs.iter().map(order_of_input).collect();
+        for slot in inputs.len()..program.slots() {
+            let operation = *program.operation(slot);
+            powers.push(power(operation, slot, &powers));
+            orders.push(order_of_zero(operation, &orders));
+        }
+        let mut gains = vec![0.0_f64; program.slots()];
+        let mut is_part = vec![true; program.slots()];
+        for output in 0..program.outputs() {
+            is_part[program.output(output)] = false;
+        }
+        for slot in (inputs.len()..program.slots()).rev() {
+            let (operation, (base, _)) = (*program.operation(slot), powers[slot]);
+            let gain = gains[slot] + own_gain(operation);
+            for read in operation.reads() {
+                let multiplies =
+                    !matches!(operation, Operation::Div(_, divisor) if divisor == read);
+                if is_linear_in_operands(operation) && multiplies {
+                    gains[read] = gains[read].max(gain);
+                }
+                let raises = matches!(operation, Operation::Mul(..)) && powers[read].0 == base;
+                is_part[read] &= raises;
+            }
+        }
+        Self { program, powers, orders, gains, is_part }
+    }
+
+    /// The feature of an operation, and the slot of its argument.
+    fn feature(&self, slot: Slot) -> Option<(Slot, Feature)> {
+        Some(match *self.program.operation(slot) {
+            Operation::Exp { a, .. } => (a, Feature::Exponential),
+            Operation::Sinh { a, .. } | Operation::Cosh { a, .. } => (a, Feature::Hyperbolic),
+            Operation::Tanh { a, .. } => (a, TANGENT),
+            Operation::Function { function, a, .. } => match function {
+                HeadFunction::Sech => (a, SECH),
+                HeadFunction::LogCosh => (a, TANGENT),
+                _ => (a, LOGISTIC),
+            },
+            // NOTE: exponential functions have no zeros, and their own arguments are checked.
+            Operation::Div(_, b) if !self.is_exponential(b) => (b, Feature::Zero),
+            Operation::Power { a, exponent, .. } => {
+                (a, power_of_a_number(exponent.to_f64(), self.gains[slot]))
+            }
+            Operation::Sqrt(a) => (a, Feature::Zero),
+            Operation::Primitive { w, .. } | Operation::Atan2 { w, .. } => (w, Feature::Zero),
+            _ => return None,
+        })
+    }
+
+    /// Whether a slot is a power of an exponential function.
+    fn is_exponential(&self, slot: Slot) -> bool {
+        let base = self.powers[slot].0;
+        matches!(self.program.operation(base), Operation::Exp { .. } | Operation::Cosh { .. })
+    }
+
+    /// Features of the factors of a product that may be flatter beside its zero than a series can
+    /// show: its base, if it is a power; else both factors, if each alone is shown.
+    fn flat_product(&self, slot: Slot) -> Vec<(Slot, Feature)> {
+        let Operation::Mul(a, b) = *self.program.operation(slot) else { return Vec::new() };
+        let ((base, exponent), gain) = (self.powers[slot], self.gains[slot]);
+        let is_flat = self.orders[slot] >= FLAT;
+        if exponent > 1 {
+            let exponent = f64::from(exponent);
+            let is_hidden = !self.is_part[slot] && (is_flat || is_high(exponent));
+            return Vec::from_iter(is_hidden.then(|| (base, Feature::power(exponent, 1.0, gain))));
+        }
+        let are_shown = self.orders[a].max(self.orders[b]) < FLAT;
+        match is_flat && are_shown {
+            true => [a, b].map(|factor| (factor, Feature::power(1.0, 2.0, gain))).to_vec(),
+            false => Vec::new(),
+        }
+    }
+}
+
+/// The feature of a power whose exponent is no whole number.
+///
+/// NOTE: a high power has less room than its zero allows, except where it vanishes.
+fn power_of_a_number(exponent: f64, gain: f64) -> Feature {
+    if is_high(exponent) {
+        Feature::power(exponent, 1.0, gain)
+    } else if exponent > LEAST_ROOT {
+        Feature::Root { vanishing: ((VANISHING_POWER - gain) / exponent).exp() }
+    } else {
+        Feature::Zero
+    }
 }
 
 /// A slot as a power of another one, up to the sign: the base and the exponent.
@@ -152,60 +266,59 @@ fn power(operation: Operation, slot: Slot, powers: &[(Slot, u32)]) -> (Slot, u32
     }
 }
 
-/// A high power as a feature of its base.
-fn high_power(program: &Program, slot: Slot, powers: &[(Slot, u32)]) -> Option<(Slot, Feature)> {
-    let (base, exponent) = match *program.operation(slot) {
-        Operation::Mul(..) => (powers[slot].0, f64::from(powers[slot].1)),
-        Operation::Power { a, exponent, .. } => (a, exponent.to_f64()),
-        _ => return None,
-    };
-    is_high(exponent).then_some((base, Feature::Power(exponent)))
+/// Order of the highest zero that an input is expected to have.
+fn order_of_input(kind: &InputKind) -> u32 {
+    match kind {
+        InputKind::Variable => 2,
+        InputKind::LinearInTime => 1,
+        InputKind::HeadOnly | InputKind::Bound(_) => 0,
+    }
+}
+
+/// Order of the highest zero that the result of an operation is expected to have, from those of its
+/// operands.
+fn order_of_zero(operation: Operation, orders: &[u32]) -> u32 {
+    match operation {
+        Operation::Mul(a, b) => orders[a].saturating_add(orders[b]),
+        Operation::Neg(a) | Operation::Scale(a, _) => orders[a],
+        Operation::MulByHead { factor, .. } => orders[factor],
+        Operation::Div(a, _) => orders[a],
+        Operation::OfPhase { .. } => 1,
+        Operation::Power { a, exponent, .. } => {
+            (f64::from(orders[a]) * exponent.to_f64().max(1.0)) as u32
+        }
+        Operation::SignTimes { b, .. } => orders[b],
+        _ => operation.operands().map(|operand| orders[operand]).max().unwrap_or(0).max(2),
+    }
+}
+
+/// Logarithm of the constant factor of an operation.
+fn own_gain(operation: Operation) -> f64 {
+    match operation {
+        Operation::Scale(_, factor) => factor.to_f64().abs().ln().max(0.0),
+        _ => 0.0,
+    }
+}
+
+/// Whether an operation multiplies its operands, or adds them.
+fn is_linear_in_operands(operation: Operation) -> bool {
+    matches!(
+        operation,
+        Operation::Add(..)
+            | Operation::Sub(..)
+            | Operation::Neg(_)
+            | Operation::Scale(..)
+            | Operation::AddConstant(..)
+            | Operation::MulByHead { .. }
+            | Operation::Mul(..)
+            | Operation::Div(..)
+            | Operation::SignTimes { .. }
+    )
 }
 
 /// Whether a power is so high that series may not show it.
 fn is_high(exponent: f64) -> bool {
     exponent.abs() >= HIGH_POWER
-}
-
-/// The feature of an operation, and the slot of its argument.
-fn feature(program: &Program, slot: Slot, powers: &[(Slot, u32)]) -> Option<(Slot, Feature)> {
-    let exponential = |slot: Slot| {
-        let base = powers[slot].0;
-        matches!(program.operation(base), Operation::Exp { .. } | Operation::Cosh { .. })
-    };
-    Some(match *program.operation(slot) {
-        Operation::Exp { a, .. } => (a, Feature::Exponential),
-        Operation::Sinh { a, .. } | Operation::Cosh { a, .. } => (a, Feature::Hyperbolic),
-        Operation::Tanh { a, .. } => (a, TANGENT),
-        Operation::Function { function, a, .. } => match function {
-            HeadFunction::Sech => (a, SECH),
-            HeadFunction::LogCosh => (a, TANGENT),
-            _ => (a, LOGISTIC),
-        },
-        // NOTE: exponential functions have no zeros, and their own arguments are checked.
-        Operation::Div(_, b) if !exponential(b) => (b, Feature::Zero),
-        // NOTE: a high power has less room than its zero allows, except where it vanishes.
-        Operation::Power { exponent, .. } if is_high(exponent.to_f64()) => return None,
-        Operation::Power { a, exponent, .. } if exponent.to_f64() > LEAST_ROOT => {
-            (a, Feature::Root(exponent.to_f64()))
-        }
-        Operation::Sqrt(a) | Operation::Power { a, .. } => (a, Feature::Zero),
-        Operation::Primitive { w, .. } | Operation::Atan2 { w, .. } => (w, Feature::Zero),
-        _ => return None,
-    })
-}
-
-/// Arguments without repetition; among powers of one base only the highest of either sign.
-fn without_repetition(found: Vec<Argument>) -> Vec<Argument> {
-    let mut kept: Vec<Argument> = Vec::new();
-    for argument in found {
-        let mut same = kept.iter_mut().filter(|other| other.slot == argument.slot);
-        match same.find_map(|other| Some((other.feature.joined(argument.feature)?, other))) {
-            Some((feature, other)) => other.feature = feature,
-            None => kept.push(argument),
-        }
-    }
-    kept
 }
 
 /// Largest number of halvings of a length.

@@ -83,6 +83,9 @@ const NEAR_HOPF: f64 = 1e-2;
 const FLIGHT_WORK: u64 = 1_000_000;
 /// Speed below which a contact grazes, relative to its largest speed along the branch.
 const SLOW: f64 = 1e-3;
+/// Ratio of the speeds of successive orbits towards the graze of a later passage, and most orbits.
+const SLOWER: f64 = 1e-2;
+const GRAZE_STEPS: usize = 3;
 /// Bisection steps towards a graze that belongs to no passage.
 const HALVINGS: usize = 45;
 /// Largest distance of a graze from its refinement in double-double: a contact may be too weak for
@@ -95,6 +98,8 @@ const STEPS: StepControl = StepControl { unresolved: 8, ..StepControl::DEFAULT }
 
 type DirectTrace = TracedBranch<DirectOrbit<f64>>;
 type DirectPoint = ContinuationPoint<f64, DirectOrbit<f64>>;
+/// Speed of a contact, and the orbit that makes it, in double-double.
+type FinePoint = (Dd, ContinuationPoint<Dd, DirectOrbit<Dd>>);
 
 /// Consecutive section points at one value of the parameter.
 #[derive(Serialize, Deserialize)]
@@ -806,6 +811,59 @@ impl<'a> DirectBranches<'a> {
         near.then(|| (self.found(&fine, &found, true), slope))
     }
 
+    /// Graze of a later passage at an end of a branch, where a contact becomes slow: orbits of the
+    /// branch in double-double at ever smaller speeds of that contact, and the line through the
+    /// last two of them, extended to the speed zero.
+    ///
+    /// NOTE: in double precision a contact as deep as its rounding is lost, while its speed is
+    /// still the square root of that depth, and the parameter is proportional to the speed.
+    fn extrapolated_graze(
+        &self,
+        itinerary: &ContactItinerary,
+        (trace, end): (&DirectTrace, usize),
+        contact: [usize; 2],
+    ) -> Option<FoundOrbit> {
+        let points = &trace.points;
+        let last = &points[end].linearised.extra;
+        let slow = last.speed_of(contact)?;
+        let faster = |point: &&DirectPoint| {
+            point.linearised.extra.speed_of(contact).is_some_and(|speed| speed >= 2.0 * slow)
+        };
+        let before = match end {
+            0 => points.iter().find(faster),
+            _ => points.iter().rev().find(faster),
+        };
+        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), last);
+        let mut solved = |guess: Vec<Dd>| {
+            let normal = unit_vector(guess.len(), guess.len() - 1);
+            let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
+            let speed = linearised.extra.speed_of(contact).filter(|speed| *speed > Dd::ZERO)?;
+            let point =
+                ContinuationPoint { unknowns, tangent: guess, linearised, tests: Vec::new() };
+            Some((speed, point))
+        };
+        let mut far = solved(converted(&before?.unknowns))?;
+        let mut near = solved(converted(&points[end].unknowns))?;
+        let along_line = |far: &FinePoint, near: &FinePoint, speed: Dd| {
+            let share = (near.0 - speed) / (far.0 - near.0);
+            let pairs = near.1.unknowns.iter().zip(&far.1.unknowns);
+            pairs.map(|(&near, &far)| near + (near - far) * share).collect::<Vec<Dd>>()
+        };
+        for _ in 0..GRAZE_STEPS {
+            let speed = near.0 * Dd::from(SLOWER);
+            match solved(along_line(&far, &near, speed)) {
+                Some(next) if next.0 < near.0 => far = std::mem::replace(&mut near, next),
+                _ => break,
+            }
+        }
+        let parameters = fine.parameters(&along_line(&far, &near, Dd::ZERO));
+        let orbit = self.found(&fine, &near.1, true);
+        Some(FoundOrbit {
+            parameters: parameters.iter().map(|value| value.to_f64()).collect(),
+            ..orbit
+        })
+    }
+
     /// Derivative of the parameter by the speed of the contact that begins at a graze; `None`
     /// unless there is exactly one.
     fn slope(
@@ -1128,8 +1186,14 @@ impl DirectBranches<'_> {
             if !matches!(end, BranchEnd::Doubling | BranchEnd::StepTooSmall) {
                 continue;
             }
-            if *end == BranchEnd::StepTooSmall && ends_at_graze(&points, place) {
+            if *end == BranchEnd::StepTooSmall
+                && let Some(contact) = slow_contact(&points, place)
+            {
                 *end = BranchEnd::Graze;
+                let end = if side == 0 { 0 } else { trace.points.len() - 1 };
+                if let Some(orbit) = self.extrapolated_graze(itinerary, (trace, end), contact) {
+                    points[place].orbit = orbit;
+                }
                 continue;
             }
             let Some(hopf) = self.hopf(itinerary, &points[place].orbit) else { continue };
@@ -1172,17 +1236,19 @@ fn has_multiplier(orbit: &FoundOrbit, label: BranchLabel, near: [f64; 2]) -> boo
     label_of(&[test], 0, &multipliers.collect::<Vec<_>>(), near).next().is_some()
 }
 
-/// Whether a contact of the orbit at the end of a branch has nearly zero speed: a contact of a
-/// passage after the section's own, whose graze is no border of the unknowns.
-fn ends_at_graze(points: &[BranchPoint], end: usize) -> bool {
-    points[end].orbit.contacts.iter().filter(|contact| contact.passage > 0).any(|contact| {
+/// Return and passage of a contact with nearly zero speed of the orbit at the end of a branch: a
+/// contact of a passage after the section's own, whose graze is no border of the unknowns.
+fn slow_contact(points: &[BranchPoint], end: usize) -> Option<[usize; 2]> {
+    let mut later = points[end].orbit.contacts.iter().filter(|contact| contact.passage > 0);
+    let slow = later.find(|contact| {
         let same = |other: &&OrbitContact| {
             (other.number, other.passage) == (contact.number, contact.passage)
         };
         let speeds = points.iter().filter_map(|point| point.orbit.contacts.iter().find(same));
         let fastest = speeds.fold(0.0_f64, |most, contact| most.max(contact.speed.abs()));
         contact.speed.abs() <= SLOW * fastest
-    })
+    })?;
+    Some([slow.number, slow.passage])
 }
 
 /// Equations in the section points of an orbit.

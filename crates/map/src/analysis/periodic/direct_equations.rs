@@ -139,6 +139,15 @@ impl KeptOrbit for DirectOrbit<f64> {
     }
 }
 
+impl<S: Copy> DirectOrbit<S> {
+    /// Speed of the contact of a return and a passage; `None` if the orbit does not make it.
+    pub(in crate::analysis) fn speed_of(&self, contact: [usize; 2]) -> Option<S> {
+        let mut speeds = self.speeds.iter();
+        let own = speeds.find(|(number, passage, _)| [*number, *passage] == contact);
+        own.map(|(.., speed)| *speed)
+    }
+}
+
 /// A section point and its image.
 struct FlownPoint<S> {
     point: Vec<S>,
