@@ -23,6 +23,7 @@ mod itineraries;
 mod loci;
 mod noises;
 mod orbit_search;
+mod progress;
 mod record;
 mod resuming;
 mod soft_stops;

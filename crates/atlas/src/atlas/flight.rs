@@ -6,11 +6,12 @@
 //! bounded by the sum of its coefficients: the gap at each minimum, the speed at each contact, the
 //! gap at the end.
 
+use std::fmt;
 use std::sync::Arc;
 
 use crate::flow::{
-    Field, FlowError, InputKind, LocalSeries, Program, bound_but, evaluate, jet_transport_taylor,
-    local_series,
+    Field, FlowError, InputKind, LocalSeries, Program, bound_but, evaluate, local_series,
+    watched_jet_transport_taylor,
 };
 use crate::hybrid::{Event, EventKind};
 use crate::jet::{Jet, JetError, implicit_root, power_series_at, power_series_with_slope_at};
@@ -82,6 +83,19 @@ impl Fields {
     }
 }
 
+/// Most Taylor steps of jets between two events.
+const MOST_STEPS: usize = 100_000;
+
+/// Receiver of a time or a share that is reached on the way.
+#[derive(Clone, Copy)]
+pub(super) struct Watch<'w>(pub(super) &'w (dyn Fn(f64) + Sync));
+
+impl fmt::Debug for Watch<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Watch")
+    }
+}
+
 /// Jets under way.
 #[derive(Clone, Debug)]
 pub(super) struct Flight<'f> {
@@ -92,6 +106,8 @@ pub(super) struct Flight<'f> {
     time: f64,
     /// Compliant surface in contact.
     contact: Option<usize>,
+    /// Receiver of the times that are reached.
+    watch: Watch<'f>,
 }
 
 impl<'f> Flight<'f> {
@@ -100,8 +116,9 @@ impl<'f> Flight<'f> {
         state: Vec<Jet<f64>>,
         parameters: &'f [Jet<f64>],
         contact: Option<usize>,
+        watch: Watch<'f>,
     ) -> Self {
-        Self { fields, parameters, state, time: 0.0, contact }
+        Self { fields, parameters, state, time: 0.0, contact, watch }
     }
 
     /// Whether no surface is in contact.
@@ -118,8 +135,12 @@ impl<'f> Flight<'f> {
 
     /// Flies to a time without events.
     pub(super) fn fly_to(&mut self, time: f64) -> Result<(), Stopped> {
-        let duration = time - self.time;
-        self.state = jet_transport_taylor(self.field(), &self.state, self.parameters, duration)?;
+        let (field, duration, watch) = (self.field(), time - self.time, self.watch);
+        let reached = &mut |remaining| watch.0(time - remaining);
+        let steps = &mut { MOST_STEPS };
+        let parameters = self.parameters;
+        self.state =
+            watched_jet_transport_taylor(field, &self.state, parameters, duration, steps, reached)?;
         self.time = time;
         Ok(())
     }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::cell::Cell;
 use super::flight::{
-    FieldResponse, Fields, Flight, Stopped, must_keep_sign, reset_state, series, time_of_minimum,
+    FieldResponse, Fields, Flight, Stopped, Watch, must_keep_sign, reset_state, series,
+    time_of_minimum,
 };
 use super::patch::{Patch, Piece, SharedSpaces};
 use super::region::{AxisInput, Region};
@@ -34,6 +35,8 @@ pub struct StroboscopicReturn<'a> {
     states: usize,
     /// Spaces of the jets of all boxes.
     spaces: SharedSpaces,
+    /// Receiver of the share of an expansion that is done.
+    watch: Watch<'a>,
 }
 
 /// Terms of the depth beyond the order of the polynomials: its error counts by its root.
@@ -45,6 +48,9 @@ const NEAR: f64 = 0.25;
 /// Time after a graze at which its trajectory is simulated again, as a share of the return.
 const BEHIND: f64 = 1e-3;
 
+/// Share of one of the flights of an expansion: the first, and if it meets a graze the one to the
+/// graze and the two behind it.
+const QUARTER: f64 = 0.25;
 /// Most steps of one return.
 const STEP_LIMIT: usize = 100_000;
 /// Most events of a trajectory whose jets are computed.
@@ -99,7 +105,14 @@ impl<'a> StroboscopicReturn<'a> {
             states: model.states.len(),
             region,
             spaces: SharedSpaces::default(),
+            watch: Watch(&|_| {}),
         })
+    }
+
+    /// Tells the share of each expansion that is done, from 0 to 1, on the way. A receiver may be
+    /// told less than before.
+    pub fn watched(self, watch: &'a (dyn Fn(f64) + Sync)) -> Self {
+        Self { watch: Watch(watch), ..self }
     }
 
     /// Region of the map.
@@ -210,8 +223,10 @@ impl<'a> StroboscopicReturn<'a> {
             must_keep_sign(senses[3 * surface].clone()).map_err(Stopped::Crossing)?;
         }
         let contact = self.first_contact(&centre);
-        let mut flight =
-            Flight::new(&self.fields, inputs.state.clone(), &inputs.parameters, contact);
+        let Watch(told) = self.watch;
+        let watch = |time: f64| told(QUARTER * (time / duration));
+        let (state, watch) = (inputs.state.clone(), Watch(&watch));
+        let mut flight = Flight::new(&self.fields, state, &inputs.parameters, contact, watch);
         match flight.pass_all(&events) {
             Ok(()) => {
                 let image = flight.end(duration, &inputs.beyond)?;
@@ -246,7 +261,12 @@ impl<'a> StroboscopicReturn<'a> {
         let weights: Vec<u32> = (0..axes).map(|_| 2).chain([1]).collect();
         let deep = self.spaces.of(&weights, 2 * order)?;
         let inputs = self.inputs(&fine, cell, centre);
-        let mut flight = Flight::new(&self.fields, inputs.state, &inputs.parameters, contact);
+        let Watch(told) = self.watch;
+        let quarter = |number: f64, share: f64| told(QUARTER * (number + share));
+        let watch = |time: f64| quarter(1.0, time / centre.duration);
+        let watch = Watch(&watch);
+        let mut flight =
+            Flight::new(&self.fields, inputs.state, &inputs.parameters, contact, watch);
         flight.pass_all(before)?;
         flight.fly_to(graze.time)?;
         let at: Vec<f64> = flight.state.iter().map(Jet::head).collect();
@@ -268,7 +288,9 @@ impl<'a> StroboscopicReturn<'a> {
         let events = self.events_behind(&at, centre, surface, rest)?;
 
         let missing = Behind::new(&plain, &met, &inputs.parameters, &(&inputs.beyond - &late));
-        let missing = missing.fly(&self.fields, missing.state.clone(), &events, rest)?;
+        let watch = |time: f64| quarter(2.0, time / rest);
+        let flown = (missing.state.clone(), Watch(&watch));
+        let missing = missing.fly(&self.fields, flown, &events, rest)?;
         let missing = Patch::new(&missing[..self.states]);
         if deepest <= 0.0 {
             return Ok(Piece::Smooth(missing));
@@ -276,7 +298,8 @@ impl<'a> StroboscopicReturn<'a> {
         let touching = Behind::new(&deep, &met, &inputs.parameters, &(&inputs.beyond - &late));
         let depth = Jet::variable(&deep, axes, 0.0).scale(deepest.sqrt());
         let touched = touching.touched(&self.fields, surface, &depth)?;
-        let touching = touching.fly(&self.fields, touched, &events, rest)?;
+        let watch = |time: f64| quarter(3.0, time / rest);
+        let touching = touching.fly(&self.fields, (touched, Watch(&watch)), &events, rest)?;
         Ok(Piece::Grazed {
             depth: Patch::new(&[least.scale(-1.0 / deepest)]),
             missing,
@@ -395,11 +418,11 @@ impl Behind {
     fn fly(
         &self,
         fields: &Fields,
-        state: Vec<Jet<f64>>,
+        (state, watch): (Vec<Jet<f64>>, Watch<'_>),
         events: &[Event<f64>],
         rest: f64,
     ) -> Result<Vec<Jet<f64>>, Stopped> {
-        let mut flight = Flight::new(fields, state, &self.parameters, None);
+        let mut flight = Flight::new(fields, state, &self.parameters, None, watch);
         match flight.pass_all(events) {
             Err(Stopped::Graze(_, crossing)) => return Err(Stopped::Crossing(crossing)),
             passed => passed?,

@@ -1,10 +1,11 @@
 //! Plane of two coordinates of an atlas: words of contacts, boxes, and the graze curve, to be
 //! drawn.
 
-use crate::atlas::{Atlas, LeafKind, StroboscopicReturn};
+use super::region_atlas::ReportedReturn;
+use crate::atlas::{Atlas, LeafKind};
 
 /// Cells along each axis.
-const CELLS: usize = 160;
+pub(super) const CELLS: usize = 160;
 /// Cells along each side of a box, on which the graze curve is found.
 const CURVE_CELLS: usize = 16;
 
@@ -39,9 +40,9 @@ pub enum PlaneCell {
 }
 
 impl AtlasPlane {
-    /// Plane of an atlas; `None` for a region of one axis.
-    pub fn new(atlas: &mut Atlas<StroboscopicReturn<'_>>) -> Option<Self> {
-        let axes = atlas.map().region().axes.clone();
+    /// Plane of an atlas; `None` for a region of one axis. Calls `look` after each row of cells.
+    pub(super) fn new(atlas: &mut Atlas<ReportedReturn<'_>>, look: impl Fn()) -> Option<Self> {
+        let axes = atlas.map().map.region().axes.clone();
         let [first, second, ..] = &axes[..] else { return None };
         let middle: Vec<f64> =
             axes.iter().map(|axis| 0.5 * (axis.range[0] + axis.range[1])).collect();
@@ -65,6 +66,9 @@ impl AtlasPlane {
             let at = [0, 1].map(|axis| between(ranges[axis], share[axis]));
             let class = plane.class(atlas, &on(at));
             plane.cells.push(class);
+            if (cell + 1) % CELLS == 0 {
+                look();
+            }
         }
         for leaf in atlas.boxes() {
             let sides = leaf.cell.centre.iter().zip(&leaf.cell.half).zip(&middle).skip(2);
@@ -86,13 +90,13 @@ impl AtlasPlane {
         Some(plane)
     }
 
-    fn class(&mut self, atlas: &mut Atlas<StroboscopicReturn<'_>>, point: &[f64]) -> PlaneCell {
+    fn class(&mut self, atlas: &mut Atlas<ReportedReturn<'_>>, point: &[f64]) -> PlaneCell {
         match atlas.kind_at(point) {
             LeafKind::Open => return PlaneCell::Open,
             LeafKind::Direct => return PlaneCell::Direct,
             LeafKind::Smooth | LeafKind::Grazed => {}
         }
-        let Some(word) = atlas.map().word(point) else { return PlaneCell::Direct };
+        let Some(word) = atlas.map().map.word(point) else { return PlaneCell::Direct };
         let known = self.words.iter().position(|known| *known == word);
         PlaneCell::Word(known.unwrap_or_else(|| {
             self.words.push(word);

@@ -5,17 +5,18 @@
 //! contacts do not coincide with the section.
 
 use std::hint::black_box;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::atlas_plane::AtlasPlane;
+use super::atlas_plane::{AtlasPlane, CELLS};
 use super::error::AnalysisError;
 use super::progress::{NoProgress, Progress};
 use super::time_series::{SeriesPoint, TimeSeriesRequest, time_series};
 use crate::atlas::{
-    Answer, Atlas, AtlasOptions, FrozenLeaves, LeafCounts, LeafShares, Measurement, Region,
-    RegionError, SavedAtlas, StroboscopicReturn, Tabulated,
+    Answer, Atlas, AtlasOptions, Cell, Expansion, FrozenLeaves, LeafCounts, LeafShares,
+    Measurement, Region, RegionError, SavedAtlas, StroboscopicReturn, Tabulated,
 };
 use crate::hybrid::HybridSystem;
 use crate::model::{Response, Scene, Section, StroboscopicPhase};
@@ -156,8 +157,64 @@ pub struct AtlasWork<'a> {
     pub drawn: bool,
 }
 
+/// Units of progress of a box, of a point that is used, and of a row of the plane.
+const UNITS: u64 = 100;
+
+/// Return map of an atlas that reports the expansion of every box.
+#[derive(Debug)]
+pub(super) struct ReportedReturn<'a> {
+    pub(super) map: StroboscopicReturn<'a>,
+    boxes: &'a BoxReports<'a>,
+}
+
+/// Progress of boxes, one after another.
+#[derive(Debug)]
+struct BoxReports<'a> {
+    progress: &'a dyn Progress,
+    /// Units of the present box that are told.
+    told: AtomicU64,
+}
+
+impl BoxReports<'_> {
+    /// Reports the share of the present box that is done, if it is the largest so far.
+    fn reach(&self, share: f64) {
+        let reached = ((UNITS as f64 * share) as u64).min(UNITS);
+        let told = self.told.fetch_max(reached, Ordering::Relaxed);
+        self.progress.advance(reached.saturating_sub(told));
+    }
+
+    /// Reports the end of the present box.
+    fn end(&self) {
+        self.reach(1.0);
+        self.told.store(0, Ordering::Relaxed);
+    }
+}
+
+impl Tabulated for ReportedReturn<'_> {
+    fn ranges(&self) -> Vec<[f64; 2]> {
+        self.map.ranges()
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        self.map.scales()
+    }
+
+    fn image(&mut self, point: &[f64], image: &mut [f64]) -> bool {
+        self.map.image(point, image)
+    }
+
+    fn expand(&mut self, cell: &Cell, order: usize) -> Expansion {
+        let expansion = self.map.expand(cell, order);
+        self.boxes.end();
+        expansion
+    }
+}
+
 /// Makes an atlas where low-discrepancy points come, measures it there, and times it. Goes on with
 /// a saved atlas, if there is one: then `options` counts for the most boxes only.
+///
+/// Progress counts the boxes, up to the most boxes, the points as often as they are used, and the
+/// rows of the plane, each in hundredths.
 ///
 /// # Errors
 ///
@@ -179,15 +236,28 @@ pub fn atlas_study(
     let axes = Region::new(&model, region.phase, region.periods, &ranges)?;
     let ranges = axes.axes.iter().map(|axis| (axis.name.clone(), axis.range)).collect();
     let system = HybridSystem::new(&model);
-    let map = StroboscopicReturn::new(&system, &model, axes)?;
+    let boxes = BoxReports { progress, told: AtomicU64::new(0) };
+    let watch = |share| boxes.reach(share);
+    let map = StroboscopicReturn::new(&system, &model, axes)?.watched(&watch);
+    let map = ReportedReturn { map, boxes: &boxes };
     let mut atlas = match saved {
         Some(saved) => Atlas::restore(map, saved, options.boxes)?,
         None => Atlas::new(map, options.clone())?,
     };
-    progress.expect(points as u64);
-    let measurement = atlas.measure(points, || progress.advance(1));
-    let [step, direct] = step_times(&mut atlas, points);
-    let frozen_step = frozen_step_time(&mut atlas, points);
+    let boxes_left = |atlas: &Atlas<ReportedReturn<'_>>| {
+        atlas.options().boxes.saturating_sub(atlas.expanded()) as u64
+    };
+    let has_parameters = atlas.map().ranges().len() > atlas.map().scales().len();
+    let frozen = if has_parameters { points.min(FROZEN) } else { 0 };
+    let used = points + points.min(TIMED) + frozen;
+    let rows = if drawn { CELLS } else { 0 };
+    progress.expect(UNITS * (boxes_left(&atlas) + (used + rows) as u64));
+    let look = || progress.advance(UNITS);
+    let measurement = atlas.measure(points, look);
+    let [step, direct] = step_times(&mut atlas, points, look);
+    let frozen_step = frozen_step_time(&mut atlas, points, look);
+    let plane = drawn.then(|| AtlasPlane::new(&mut atlas, look)).flatten();
+    progress.advance(UNITS * boxes_left(&atlas));
     let compliant = model.surfaces.iter();
     let compliant =
         compliant.filter(|surface| matches!(surface.response, Response::Contact { .. }));
@@ -204,13 +274,18 @@ pub fn atlas_study(
         frozen_step,
         direct,
         compliant: compliant.map(|surface| surface.name.clone()).collect(),
-        plane: drawn.then(|| AtlasPlane::new(&mut atlas)).flatten(),
+        plane,
         saved: atlas.saved(),
     })
 }
 
-/// Mean times of a step by the leaves, and of a direct return, at points that have a leaf.
-fn step_times(atlas: &mut Atlas<StroboscopicReturn<'_>>, points: usize) -> [Option<f64>; 2] {
+/// Mean times of a step by the leaves, and of a direct return, at points that have a leaf; calls
+/// `look` after each point.
+fn step_times(
+    atlas: &mut Atlas<ReportedReturn<'_>>,
+    points: usize,
+    look: impl Fn(),
+) -> [Option<f64>; 2] {
     let mut image = vec![0.0; atlas.map().scales().len()];
     let all = (0..points.min(TIMED)).map(|index| atlas.spread(index)).collect::<Vec<_>>();
     let mut kept = Vec::new();
@@ -218,6 +293,7 @@ fn step_times(atlas: &mut Atlas<StroboscopicReturn<'_>>, points: usize) -> [Opti
         if is_tabulated(atlas.image(&point, &mut image)) {
             kept.push(point);
         }
+        look();
     }
     let step = mean_time(&kept, PASSES, |point| {
         black_box(atlas.image(black_box(point), &mut image));
@@ -228,8 +304,13 @@ fn step_times(atlas: &mut Atlas<StroboscopicReturn<'_>>, points: usize) -> [Opti
     [step, direct]
 }
 
-/// Mean time of a step with the parameters in the middle of their ranges, reduced before.
-fn frozen_step_time(atlas: &mut Atlas<StroboscopicReturn<'_>>, points: usize) -> Option<f64> {
+/// Mean time of a step with the parameters in the middle of their ranges, reduced before; calls
+/// `look` after each point.
+fn frozen_step_time(
+    atlas: &mut Atlas<ReportedReturn<'_>>,
+    points: usize,
+    look: impl Fn(),
+) -> Option<f64> {
     let states = atlas.map().scales().len();
     let middle = atlas.map().ranges().into_iter().skip(states);
     let middle: Vec<f64> = middle.map(|[low, high]| 0.5 * (low + high)).collect();
@@ -244,6 +325,7 @@ fn frozen_step_time(atlas: &mut Atlas<StroboscopicReturn<'_>>, points: usize) ->
         if is_tabulated(frozen.image(atlas, &point, &mut image)) {
             kept.push(point);
         }
+        look();
     }
     mean_time(&kept, PASSES, |point| {
         black_box(frozen.image(atlas, black_box(point), &mut image));
