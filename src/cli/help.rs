@@ -92,7 +92,7 @@ mod tests {
     /// Names of values that are no numbers.
     const TEXTS: &str = "A,B CSV DIGITS DIR FILE FILE#N FILE|- I/N KIND,... NAME,... \
         NAME=FROM:TO,... NAME=OFFSET,... NAME=SIZE,... NAME=VALUE NAME=VALUE,... P,... P,Q \
-        P=5%,... P=FROM:TO,... P=OFFSET,... P=SIZE,... P[,Q] WHAT [P,]Q";
+        P=5%,... P=FROM:TO,... P=OFFSET,... P=SIZE,... P[,Q] WHAT WxH [P,]Q";
 
     #[test]
     fn every_option_that_takes_a_number_takes_a_negative_one() {

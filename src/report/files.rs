@@ -393,8 +393,8 @@ fn create_folder(path: &Path) -> Result<(), ReportError> {
 /// Files by name, or by path in a folder.
 pub(super) type Files = Vec<(String, Vec<u8>)>;
 
-/// Draws figures, by file name without extension, and returns remarks. A figure that cannot be drawn
-/// yields a remark instead of an error.
+/// Draws figures, by file name without extension, and returns remarks. A figure that cannot be
+/// drawn yields a remark instead of an error.
 pub fn pictures<'a>(
     figures: impl IntoIterator<Item = (&'a str, &'a Figure)>,
     form: &PictureForm,

@@ -28,7 +28,7 @@ impl Pen {
     }
 }
 
-/// What paths are put on. Coordinates are CSS pixels, `y` downwards.
+/// Picture under work, on which paths are put. Coordinates are CSS pixels, `y` downwards.
 pub(super) trait Canvas {
     /// Fills a path, by its winding number.
     fn fill(&mut self, path: &Path, color: Rgb);

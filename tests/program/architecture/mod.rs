@@ -62,6 +62,7 @@ const FLOORS: [(&str, &[&str]); 16] = [
     (
         "pipeline",
         &[
+            "interruption",
             "numeric",
             "jet",
             "model",
