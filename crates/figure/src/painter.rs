@@ -1,5 +1,5 @@
-//! Shapes of a drawing as paths that are filled and stroked, for painters that know neither text nor
-//! marks: bitmaps and PDF.
+//! Shapes of a drawing as paths that are filled and stroked, for painters that know neither text
+//! nor marks: bitmaps and PDF.
 
 use tiny_skia::{Path, PathBuilder, Rect, Transform};
 
