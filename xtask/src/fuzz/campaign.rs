@@ -214,7 +214,7 @@ impl Campaign {
 fn is_out_of_time(output: &Output) -> bool {
     let status = output.status.to_string();
     let is_ended_by = |signal: &&str| status.contains(*signal);
-    output.status.code().is_none() && ["SIGKILL", "SIGXCPU"].iter().any(|name| is_ended_by(&name))
+    output.status.code().is_none() && ["SIGKILL", "SIGXCPU"].iter().any(is_ended_by)
 }
 
 /// Fault of a call that ended within its limits; `None` if there is none.

@@ -83,8 +83,8 @@ impl Shown {
     /// call.
     pub(super) fn moving(&self, call: Duration) -> Option<[u64; 2]> {
         let pairs = self.counts.windows(2);
-        let moved = pairs.filter(|pair| pair[1].done > pair[0].done && pair[1].of > 0);
-        let last = moved.last().map(|pair| pair[1]);
+        let mut moved = pairs.filter(|pair| pair[1].done > pair[0].done && pair[1].of > 0);
+        let last = moved.next_back().map(|pair| pair[1]);
         last.filter(|last| 2 * last.at >= call).map(|last| [last.done, last.of])
     }
 }
