@@ -12,7 +12,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::live::LiveMap;
 use super::table::{significant, typeset};
-use super::{Cell, Column, Figure, ReportError, Table};
+use super::{Cell, Column, Figure, PictureForm, ReportError, Table};
 
 const TEMPLATE: &str = include_str!("../../templates/report.html.tera");
 /// Style of all pages.
@@ -400,7 +400,7 @@ fn block_html(block: &Block, counts: &mut Counts) -> Result<String, ReportError>
                 shown.figure.thinning()?.map(|thinning| format!(" {}", thinning.sentence()));
             let caption = shown.caption.clone() + &thinned.unwrap_or_default();
             let svg = shown.figure.to_svg()?;
-            let png = || Ok(shown.figure.to_png(96)?);
+            let png = || Ok(shown.figure.to_png(PictureForm::default().dots_per_inch)?);
             let picture = picture_html(&svg, png, &shown.caption)?;
             let points = match counts.is_alive {
                 true => points_html(&shown.figure)?,

@@ -13,6 +13,8 @@ use grazemap::prelude::*;
 use grazemap::report::to_json;
 use serde::Serialize;
 
+use crate::support::tiers;
+
 /// Pieces kept by a killed run, and pieces kept by the next one.
 #[derive(Default)]
 struct Resumed {
@@ -140,7 +142,11 @@ fn an_interrupted_diagram_goes_on_where_it_was_and_ends_with_the_same_bits() {
 
 #[test]
 fn an_interrupted_chart_goes_on_where_it_was_and_ends_with_the_same_bits() {
-    for chart in [["all", "1", "[12, 8]"], ["borders", "2", "[20, 16]"]] {
+    let [small, large] = match tiers::are_whole() {
+        true => ["[30, 20]", "[44, 30]"],
+        false => ["[12, 8]", "[20, 16]"],
+    };
+    for chart in [["all", "1", small], ["borders", "2", large]] {
         let scene = scene("[\"map\"]", chart);
         let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
         let charts = |progress: &dyn Progress| {

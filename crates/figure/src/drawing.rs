@@ -40,12 +40,23 @@ pub(super) struct DotRuns {
 impl DotRuns {
     /// The centres of all cells.
     pub(super) fn centres(&self) -> impl Iterator<Item = Point> {
-        let place = |start: f64, pitch: f64, cell: u32| start + f64::from(cell) * pitch;
-        let (origin, pitch) = (self.origin, self.pitch);
-        self.runs.iter().flat_map(move |&(row, first, count)| {
-            let y = place(origin.1, pitch.1, row);
-            (first..first + count).map(move |column| (place(origin.0, pitch.0, column), y))
+        let runs = self.runs.iter();
+        runs.flat_map(move |&(row, first, count)| {
+            (first..first + count).map(move |column| self.centre(row, column))
         })
+    }
+
+    /// The centres of the first and of the last cell of every run.
+    pub(super) fn ends(&self) -> impl Iterator<Item = [Point; 2]> {
+        let runs = self.runs.iter();
+        runs.map(move |&(row, first, count)| {
+            [first, first + count - 1].map(|column| self.centre(row, column))
+        })
+    }
+
+    fn centre(&self, row: u32, column: u32) -> Point {
+        let place = |start: f64, pitch: f64, cell: u32| start + f64::from(cell) * pitch;
+        (place(self.origin.0, self.pitch.0, column), place(self.origin.1, self.pitch.1, row))
     }
 }
 

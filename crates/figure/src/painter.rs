@@ -13,18 +13,11 @@ pub(super) struct Pen {
     pub(super) width: f32,
     /// Lengths of strokes and gaps in turn; empty for a whole line.
     pub(super) dashes: Vec<f32>,
-    /// Whether strokes end in half discs.
-    pub(super) has_round_ends: bool,
 }
 
 impl Pen {
-    fn of_width(width: f64) -> Self {
-        Self { width: width as f32, dashes: Vec::new(), has_round_ends: false }
-    }
-
-    /// Pen of the rows of dots.
-    pub(super) fn of_dots(dots: &DotRuns) -> Self {
-        Self { has_round_ends: true, ..Self::of_width(dots.diameter) }
+    pub(super) fn of_width(width: f64) -> Self {
+        Self { width: width as f32, dashes: Vec::new() }
     }
 }
 
@@ -157,16 +150,4 @@ fn lettering(
         Transform::from_rotate_at(turn, at.0 as f32, at.1 as f32).pre_translate(back as f32, 0.0);
     let put = |(face, path): (Face, Path)| Some((face, path.transform(placed)?));
     Ok(letters.into_iter().filter_map(put).collect())
-}
-
-/// Path along runs of dots.
-pub(super) fn dot_row(dots: &DotRuns, runs: &[(u32, u32, u32)]) -> Option<Path> {
-    let mut path = PathBuilder::new();
-    for &(row, first, count) in runs {
-        let y = (dots.origin.1 + f64::from(row) * dots.pitch.1) as f32;
-        let x = |column: u32| (dots.origin.0 + f64::from(column) * dots.pitch.0) as f32;
-        path.move_to(x(first), y);
-        path.line_to(x(first + count - 1), y);
-    }
-    path.finish()
 }

@@ -7,7 +7,7 @@ use tiny_skia::{Path, PathSegment, Point, Rect};
 
 use super::FigureError;
 use super::drawing::{DotRuns, Drawing, Mosaic};
-use super::painter::{self, Canvas, Pen, dot_row};
+use super::painter::{self, Canvas, Pen};
 use super::series::{PAPER, Rgb};
 use super::svg::plain;
 
@@ -28,11 +28,11 @@ pub(super) fn paint(drawing: &Drawing) -> Result<Vec<u8>, FigureError> {
     Ok(page.document([width, height], &plain(&drawing.title)))
 }
 
-/// Content of the page, with its images and opacities.
+/// Content of the page, with its images and opacities by name.
 struct PdfPage {
     content: Content,
-    images: Vec<Image>,
-    shares: Vec<f32>,
+    images: Vec<(String, Image)>,
+    shares: Vec<(String, f32)>,
 }
 
 /// Colours of a grid, three bytes a cell, rows from the top.
@@ -43,24 +43,11 @@ struct Image {
 
 impl PdfPage {
     fn document(self, [width, height]: [f32; 2], title: &str) -> Vec<u8> {
-        let mut count = 0;
-        let mut next = || {
-            count += 1;
-            Ref::new(count)
-        };
+        let mut numbers = (1..).map(Ref::new);
+        let mut next = || numbers.next().expect("numbers do not end");
         let (catalog, pages, page, content, info) = (next(), next(), next(), next(), next());
-        let images: Vec<(String, Ref, Image)> = self
-            .images
-            .into_iter()
-            .enumerate()
-            .map(|(k, i)| (format!("I{k}"), next(), i))
-            .collect();
-        let shares: Vec<(String, Ref, f32)> = self
-            .shares
-            .into_iter()
-            .enumerate()
-            .map(|(k, s)| (format!("S{k}"), next(), s))
-            .collect();
+        let images: Vec<_> = self.images.iter().map(|named| (named, next())).collect();
+        let shares: Vec<_> = self.shares.iter().map(|named| (named, next())).collect();
         let mut pdf = Pdf::new();
         pdf.catalog(catalog).pages(pages);
         pdf.document_info(info).title(TextStr(title)).creator(TextStr("Grazemap"));
@@ -70,12 +57,12 @@ impl PdfPage {
         leaf.media_box(pdf_writer::Rect::new(0.0, 0.0, width, height));
         let mut resources = leaf.resources();
         let mut objects = resources.x_objects();
-        for (name, at, _) in &images {
+        for ((name, _), at) in &images {
             objects.pair(Name(name.as_bytes()), *at);
         }
         objects.finish();
         let mut states = resources.ext_g_states();
-        for (name, at, _) in &shares {
+        for ((name, _), at) in &shares {
             states.pair(Name(name.as_bytes()), *at);
         }
         states.finish();
@@ -83,7 +70,7 @@ impl PdfPage {
         leaf.finish();
         let bytes = compress_to_vec_zlib(&self.content.finish(), LEVEL);
         pdf.stream(content, &bytes).filter(Filter::FlateDecode);
-        for (_, at, image) in &images {
+        for ((_, image), at) in &images {
             let bytes = compress_to_vec_zlib(&image.bytes, LEVEL);
             let mut object = pdf.image_xobject(*at, &bytes);
             object.filter(Filter::FlateDecode);
@@ -93,8 +80,8 @@ impl PdfPage {
             object.color_space().device_rgb();
             object.bits_per_component(8);
         }
-        for (_, at, share) in shares {
-            pdf.ext_graphics(at).stroking_alpha(share);
+        for ((_, share), at) in &shares {
+            pdf.ext_graphics(*at).stroking_alpha(*share);
         }
         pdf.finish()
     }
@@ -131,9 +118,8 @@ impl PdfPage {
 
     fn take(&mut self, pen: &Pen, color: Rgb) {
         let [r, g, b] = shades(color);
-        let cap = if pen.has_round_ends { LineCapStyle::RoundCap } else { LineCapStyle::ButtCap };
         let content = self.content.set_stroke_rgb(r, g, b).set_line_width(pen.width);
-        content.set_line_cap(cap).set_line_join(LineJoinStyle::RoundJoin);
+        content.set_line_join(LineJoinStyle::RoundJoin);
         content.set_dash_pattern(pen.dashes.iter().copied(), 0.0);
     }
 }
@@ -163,19 +149,23 @@ impl Canvas for PdfPage {
     }
 
     fn dots(&mut self, dots: &DotRuns) {
-        let Some(path) = dot_row(dots, &dots.runs) else { return };
-        self.content.save_state();
         let name = format!("S{}", self.shares.len());
-        self.shares.push(dots.share as f32);
+        self.content.save_state();
         self.content.set_parameters(Name(name.as_bytes()));
-        self.stroke(&path, &Pen::of_dots(dots), dots.color);
+        self.shares.push((name, dots.share as f32));
+        self.take(&Pen::of_width(dots.diameter), dots.color);
+        self.content.set_line_cap(LineCapStyle::RoundCap);
+        for [first, last] in dots.ends() {
+            self.content.move_to(first.0 as f32, first.1 as f32);
+            self.content.line_to(last.0 as f32, last.1 as f32);
+        }
+        self.content.stroke();
         self.content.restore_state();
     }
 
     fn mosaic(&mut self, mosaic: &Mosaic) {
         let name = format!("I{}", self.images.len());
         let bytes = mosaic.colors.iter().flatten().copied().collect();
-        self.images.push(Image { columns: mosaic.columns, bytes });
         let (from, to) = (mosaic.from, mosaic.to);
         let [width, height] = [(to.0 - from.0) as f32, (to.1 - from.1) as f32];
         self.content.save_state();
@@ -183,5 +173,6 @@ impl Canvas for PdfPage {
         self.content.transform([width, 0.0, 0.0, -height, from.0 as f32, to.1 as f32]);
         self.content.x_object(Name(name.as_bytes()));
         self.content.restore_state();
+        self.images.push((name, Image { columns: mosaic.columns, bytes }));
     }
 }

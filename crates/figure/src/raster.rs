@@ -1,7 +1,7 @@
 //! The bitmap painter.
 
 use tiny_skia::{
-    Color, FillRule, LineCap, LineJoin, Paint, Path, Pixmap, Rect, Stroke, StrokeDash, Transform,
+    Color, FillRule, LineJoin, Paint, Path, Pixmap, Rect, Stroke, StrokeDash, Transform,
 };
 
 use super::drawing::{DotRuns, Drawing, Mosaic};
@@ -89,7 +89,6 @@ impl Canvas for Bitmap {
     fn stroke(&mut self, path: &Path, pen: &Pen, color: Rgb) {
         let stroke = Stroke {
             width: pen.width,
-            line_cap: if pen.has_round_ends { LineCap::Round } else { LineCap::Butt },
             line_join: LineJoin::Round,
             dash: StrokeDash::new(pen.dashes.clone(), 0.0),
             ..Stroke::default()
@@ -108,12 +107,10 @@ impl Canvas for Bitmap {
         // NOTE: runs overlap, so that they are painted in an opaque mixture.
         let color = mixed(PAPER, dots.color, dots.share);
         let half = dots.diameter / 2.0;
-        for &(row, first, count) in &dots.runs {
-            let y = dots.origin.1 + f64::from(row) * dots.pitch.1;
-            let x = dots.origin.0 + f64::from(first) * dots.pitch.0;
-            let last = x + f64::from(count - 1) * dots.pitch.0;
-            // Whole pixels: edges in parts of pixels make the file larger by a third.
-            if let Some(run) = painter::rectangle((x - half, y - half), (last + half, y + half)) {
+        for [(first, y), (last, _)] in dots.ends() {
+            // Whole pixels: rows of dots then look alike, and the file is smaller.
+            if let Some(run) = painter::rectangle((first - half, y - half), (last + half, y + half))
+            {
                 self.cell(run, color);
             }
         }
