@@ -2,24 +2,22 @@
 
 use std::mem;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{ArgGroup, Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
 use super::output::{CliError, Outlets};
 use super::pieces;
-use super::positions::{Counting, Finite, Origin, Position, Positive};
 use grazemap::Map;
-use grazemap::analysis::branches::BranchObservable;
-use grazemap::analysis::fit::FitRequest;
-use grazemap::analysis::loci::LocusKind;
-use grazemap::analysis::noise::NoiseLaw;
 use grazemap::analysis::{Pieces, Precision, Share, Using};
 use grazemap::emission::Target;
 use grazemap::model::Method;
-use grazemap::pipeline::{AtlasKeys, BranchPlace, Device, OrbitsOf, TrajectoryKeys};
+use grazemap::pipeline::options::{METHODS, Words, one_of, positions, ranges, sizes};
+use grazemap::pipeline::{
+    AtlasKeys, BasinKeys, BranchKeys, BranchPlace, ContactKeys, ConvergenceKeys, Counting,
+    DerivativesKeys, Device, Ends, FitKeys, LociKeys, NoiseKeys, OrbitsKeys, Position, SafeKeys,
+    TrajectoryKeys,
+};
 use grazemap::report::Named;
 
 /// Bifurcation analysis of oscillators that hit a stop
@@ -48,11 +46,11 @@ pub(super) enum Command {
     /// Find the grazing orbit and predict its bifurcation
     Locate(LocateArguments),
     /// Compute the state after hits, with its derivatives by the start and the parameters
-    Derivatives(DerivativesArguments),
+    Derivatives(Asked<DerivativesKeys>),
     /// Find springs and dampers with a restitution, and the error of a rigid stop in their place
     Contact(ContactArguments),
     /// Tell whether the orbit is clear of the stop, and how far parameters may go
-    Safe(SafeArguments),
+    Safe(Asked<SafeKeys>),
     /// Follow the grazing curve in two parameters, with its codimension-two points
     Curve(CurveArguments),
     /// Expand P_smooth, D and their composition, and print the coefficients
@@ -63,25 +61,25 @@ pub(super) enum Command {
     /// Compute images of section points by the map, its parts or direct simulation
     Image(ImageOptions),
     /// Compare truncation orders with direct simulation: errors, speed and the cheapest map
-    Converge(ConvergeOptions),
+    Converge(Asked<ConvergenceKeys>),
     /// Compute bifurcation diagrams
     Diagram(DiagramArguments),
     /// Compute two-parameter charts
     Chart(ChartArguments),
     /// Find periodic orbits by itinerary, with their stability, folds and flips
-    Orbits(OrbitsArguments),
+    Orbits(Asked<OrbitsKeys>),
     /// Follow branches of periodic orbits in one parameter, through folds, flips and grazes
     Branch(BranchArguments),
     /// Follow saddle-nodes, flips, Neimark-Sacker points and grazes in two parameters
-    Loci(LociArguments),
+    Loci(Asked<LociKeys>),
     /// Simulate the grazing orbit, a periodic orbit or any start: time series and phase portrait
-    Trajectory(TrajectoryArguments),
+    Trajectory(Asked<TrajectoryKeys>),
     /// Compute basins of attraction in a plane of the section
     Basin(BasinArguments),
     /// Make a map of a whole region about the grazing orbit, and measure it
     Atlas(AtlasArguments),
     /// Iterate with parameters drawn at random at every return, and count densities
-    Noise(NoiseArguments),
+    Noise(Asked<NoiseKeys>),
     /// Fit parameters to measured section points
     Fit(FitArguments),
     /// Recompute published figures and tables, and compare the numbers
@@ -315,8 +313,8 @@ pub(super) struct ChartArguments {
     pub(super) plane: Vec<String>,
     /// First and last offset of each parameter from the graze, or with `@` its values. Default: the
     /// window's
-    #[arg(long, value_name = "P=FROM:TO,...", value_parser = Ranges::parse, requires = "plane")]
-    pub(super) range: Option<Ranges>,
+    #[arg(long, value_name = "P=FROM:TO,...", value_parser = ranges, requires = "plane")]
+    pub(super) range: Option<Named<Ends>>,
     #[command(flatten)]
     pub(super) counting: Counting,
     /// Number of cells along both parameters, or along each. Default: 200
@@ -406,6 +404,15 @@ pub(super) struct SceneOptions {
     pub(super) common: Common,
 }
 
+/// Options of a command on a scene: the keys of the library's function.
+#[derive(Clone, Debug, Args)]
+pub(super) struct Asked<K: Args> {
+    #[command(flatten)]
+    pub(super) scene: SceneOptions,
+    #[command(flatten)]
+    pub(super) keys: K,
+}
+
 /// Options of `locate`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct LocateArguments {
@@ -423,53 +430,6 @@ pub(super) struct LocateArguments {
     pub(super) all: bool,
 }
 
-/// Options of `converge`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct ConvergeOptions {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// Number of new points at which the chosen map is compared with direct simulation
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1000,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
-    )]
-    pub(super) fresh: u32,
-}
-
-/// Options of `derivatives`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct DerivativesArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// States and phase at the start (0 if not named)
-    #[arg(long, value_name = "NAME=VALUE,...", value_parser = values)]
-    pub(super) start: Option<Named<f64>>,
-    /// Time after which the derivatives are taken
-    #[arg(long, value_name = "T", conflicts_with = "returns")]
-    pub(super) time: Option<Positive>,
-    /// Forcing periods after which the derivatives are taken, those of the return by the phase
-    #[arg(
-        long,
-        value_name = "K",
-        default_value_t = 1,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
-    )]
-    pub(super) returns: u32,
-    /// Parameters by which derivatives are taken. Default: the active ones of the scene
-    #[arg(long, value_name = "P,...", value_delimiter = ',')]
-    pub(super) parameters: Vec<String>,
-    /// Highest order of the derivatives, from 1 to 8
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        value_parser = clap::value_parser!(u32).range(1..=8)
-    )]
-    pub(super) order: u32,
-}
-
 /// Options of `contact`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct ContactArguments {
@@ -477,47 +437,10 @@ pub(super) struct ContactArguments {
     /// scene from standard input; without one, the impact of a mass alone
     #[arg(value_name = "SCENE")]
     pub(super) scene: Option<PathBuf>,
-    /// Restitution that the stops have at the speed, from 0.01 to 1
-    #[arg(long, value_name = "R")]
-    pub(super) restitution: Finite,
-    /// Contact time at the speed. Default: a hundredth of the period of the grazing orbit; 1
-    /// without a scene
-    #[arg(long, value_name = "T", conflicts_with = "stiffness")]
-    pub(super) time: Option<Finite>,
-    /// Stiffness of the spring, in the place of the contact time
-    #[arg(long, value_name = "K")]
-    pub(super) stiffness: Option<Finite>,
-    /// Speed at which the stops have the restitution. Default: a tenth of the largest normal speed
-    /// along the grazing orbit; 1 without a scene
-    #[arg(long, value_name = "V")]
-    pub(super) speed: Option<Finite>,
-    /// Exponent of the spring of laws that are not linear, from 0.1 to 20
-    #[arg(long, value_name = "P", default_value = "1.5")]
-    pub(super) exponent: Finite,
-    /// Effective mass; with 1, stiffness and damper are those of an acceleration
-    #[arg(long, value_name = "M", default_value = "1")]
-    pub(super) mass: Finite,
+    #[command(flatten)]
+    pub(super) keys: ContactKeys,
     #[command(flatten)]
     pub(super) common: Common,
-}
-
-/// Options of `safe`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct SafeArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// Tolerances of parameters, relative to their values; a box that is looked at as a whole
-    #[arg(long, value_name = "P=5%,...", value_parser = shares)]
-    pub(super) tolerance: Option<Named<f64>>,
-    /// Number of starts along each axis from which direct simulation looks for other attractors; 0:
-    /// none
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 16,
-        value_parser = clap::value_parser!(u32).range(0..=31)
-    )]
-    pub(super) points: u32,
 }
 
 /// Options of `curve`.
@@ -711,217 +634,15 @@ pub(super) struct ManOptions {
     pub(super) output: PathBuf,
 }
 
-/// Options of `orbits`.
-#[derive(Clone, Debug, Args)]
-#[command(group = ArgGroup::new("kinds").args(["fold", "flip"]).multiple(true))]
-pub(super) struct OrbitsArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// Offsets of active parameters from the graze (0 if not named); may be repeated. Default: a
-    /// tenth of the window, on both sides of the graze
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) at: Vec<Named<Position>>,
-    #[command(flatten)]
-    pub(super) counting: Counting,
-    /// Search all itineraries of up to N returns. Default: 4 returns, or 4 passages where a return
-    /// has several
-    #[arg(
-        long,
-        value_name = "N",
-        conflicts_with = "itinerary",
-        value_parser = clap::value_parser!(u8).range(1..=12)
-    )]
-    pub(super) period: Option<u8>,
-    #[command(flatten)]
-    pub(super) which: WhichOrbits,
-    /// Also find folds (saddle-nodes)
-    #[arg(long)]
-    pub(super) fold: bool,
-    /// Also find flips (period-doublings)
-    #[arg(long)]
-    pub(super) flip: bool,
-    /// Parameter that folds and flips are solved for; if two are given, the first is stepped
-    /// through. Default: the first active parameter that is adjusted to graze
-    #[arg(long, alias = "in", value_name = "[P,]Q", value_delimiter = ',', requires = "kinds")]
-    pub(super) plane: Vec<String>,
-    /// First offset of the parameter that is stepped through. Default: the edge of the window
-    #[arg(long, value_name = "A", requires = "plane")]
-    pub(super) from: Option<Position>,
-    /// Last offset of that parameter. Default: the edge of the window
-    #[arg(long, value_name = "B", requires = "plane")]
-    pub(super) to: Option<Position>,
-    /// Number of offsets
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 21,
-        requires = "plane",
-        value_parser = clap::value_parser!(u16).range(2..=10_000)
-    )]
-    pub(super) points: u16,
-}
-
 /// Options of `branch`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct BranchArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Active parameter that varies along the branches
-    #[arg(long, value_name = "P")]
-    pub(super) along: String,
     #[command(flatten)]
-    pub(super) stretch: Stretch,
-    /// Search all itineraries of up to N returns, and follow period-doubled branches up to N
-    /// returns. Default: 4 returns, or 4 passages where a return has several
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12))]
-    pub(super) period: Option<u8>,
-    #[command(flatten)]
-    pub(super) which: WhichOrbits,
-    /// Offsets of section coordinates (0 if not named) of a further start from which direct
-    /// simulation searches for orbits; may be repeated. `basin` can supply such starts
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) start: Vec<Named<Position>>,
-    /// Quantities to compute for every orbit; each adds a column and a picture
-    #[arg(long, value_name = "NAME,...", value_parser = one_of(OBSERVABLES), value_delimiter = ',')]
-    pub(super) observe: Vec<BranchObservable>,
+    pub(super) keys: BranchKeys,
     #[command(flatten)]
     pub(super) sharding: Sharding,
-}
-
-/// Interval of one parameter, the others held: options of `branch` and `loci`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct Stretch {
-    /// First offset of the parameter from the graze. Default: the edge of the window
-    #[arg(long, value_name = "A")]
-    pub(super) from: Option<Position>,
-    /// Last offset of the parameter from the graze. Default: the edge of the window
-    #[arg(long, value_name = "B")]
-    pub(super) to: Option<Position>,
-    /// Offsets of further active parameters from the graze (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) at: Option<Named<Position>>,
-    #[command(flatten)]
-    pub(super) counting: Counting,
-}
-
-impl Stretch {
-    /// Offsets of the ends of the interval of a parameter.
-    pub(super) fn range(&self, origin: &Origin<'_>, along: &str) -> [Option<f64>; 2] {
-        origin.range(along, [self.from, self.to])
-    }
-
-    /// Offsets of further parameters.
-    pub(super) fn at(&self, origin: &Origin<'_>) -> Named<f64> {
-        origin.named(self.at.as_ref())
-    }
-}
-
-/// Method and itineraries of the orbits: options of `orbits`, `branch` and `loci`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct WhichOrbits {
-    /// Orbits with these contacts only: 1 for contact, 0 for none, passage by passage and return by
-    /// return (`100`); may be repeated. Default: all itineraries of short periods
-    #[arg(long, value_name = "DIGITS")]
-    pub(super) itinerary: Vec<String>,
-    /// Method that computes the orbits
-    #[arg(long, alias = "using", default_value = "map", value_parser = one_of(ORBITS_OF))]
-    pub(super) method: OrbitsOf,
-}
-
-/// Quantities observed on the orbits of a branch.
-const OBSERVABLES: Words<BranchObservable> = &[
-    ("h", BranchObservable::Gap, "The event function at the first section point"),
-    ("impact_speed", BranchObservable::ImpactSpeed, "The largest impact speed"),
-    ("contact_time", BranchObservable::ContactTime, "Time in contact per period of the orbit"),
-    (
-        "amplitude",
-        BranchObservable::Amplitude,
-        "Half of the range of the event function along the orbit",
-    ),
-];
-
-/// Methods that compute periodic orbits.
-const ORBITS_OF: Words<OrbitsOf> =
-    &[("map", OrbitsOf::Map, "The local map"), ("direct", OrbitsOf::Direct, "Direct simulation")];
-
-/// Options of `loci`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct LociArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// The two active parameters of the plane
-    #[arg(long, alias = "in", value_name = "P,Q", value_delimiter = ',', required = true)]
-    pub(super) plane: Vec<String>,
-    #[command(flatten)]
-    pub(super) stretch: Stretch,
-    /// Kinds of loci to follow. Default: all but crises
-    #[arg(long, value_name = "KIND,...", value_parser = one_of(LOCI), value_delimiter = ',')]
-    pub(super) kind: Vec<LocusKind>,
-    #[command(flatten)]
-    pub(super) which: WhichOrbits,
-}
-
-/// Kinds of loci.
-const LOCI: Words<LocusKind> = &[
-    ("GR|graze", LocusKind::Graze, "The orbit grazes"),
-    ("SN|fold", LocusKind::Fold, "Saddle-nodes (folds)"),
-    ("PD|flip", LocusKind::Flip, "Period-doublings (flips)"),
-    ("NS|torus", LocusKind::Torus, "Neimark-Sacker points (tori)"),
-    ("crisis", LocusKind::Crisis, "An attractor touches the stable manifold of a saddle"),
-];
-
-/// Options of `trajectory`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct TrajectoryArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// Offsets of active parameters from the graze (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) at: Option<Named<Position>>,
-    #[command(flatten)]
-    pub(super) counting: Counting,
-    /// Start at these offsets of section coordinates (0 if not named). Default: on the grazing
-    /// orbit
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) start: Option<Named<Position>>,
-    /// Start on the periodic orbit with this itinerary: 1 for contact, 0 for none, passage by
-    /// passage and return by return
-    #[arg(long, value_name = "DIGITS", conflicts_with = "start")]
-    pub(super) itinerary: Option<String>,
-    /// Returns to the section that are simulated first and not written, so that the orbit settles
-    #[arg(
-        long,
-        value_name = "K",
-        default_value_t = 0,
-        value_parser = clap::value_parser!(u32).range(0..=10_000_000)
-    )]
-    pub(super) settle: u32,
-    /// Number of periods of the orbit to simulate, or of returns to the section if the start is not
-    /// a periodic orbit
-    #[arg(
-        long,
-        value_name = "K",
-        default_value_t = 1,
-        value_parser = clap::value_parser!(u32).range(1..=10_000_000)
-    )]
-    pub(super) periods: u32,
-    /// Write the derivatives of the state at the end, by the state at the start and the active
-    /// parameters, to this order (1 to 8) in the place of rows
-    #[arg(
-        long,
-        value_name = "N",
-        conflicts_with = "settle",
-        value_parser = clap::value_parser!(u32).range(1..=8)
-    )]
-    pub(super) derivatives: Option<u32>,
-    /// Number of rows per return to the section, evenly spaced in time; events add rows
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = TrajectoryKeys::SAMPLES,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
-    )]
-    pub(super) samples: u32,
 }
 
 /// Options of `basin`.
@@ -929,57 +650,10 @@ pub(super) struct TrajectoryArguments {
 pub(super) struct BasinArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// Offsets of active parameters from the graze (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) at: Option<Named<Position>>,
     #[command(flatten)]
-    pub(super) counting: Counting,
-    /// Section coordinates that span the plane, the horizontal one first. Default: the first two
-    #[arg(long, alias = "axes", value_name = "A,B", value_delimiter = ',')]
-    pub(super) plane: Vec<String>,
-    /// First and last offset along an axis. Default: the window of the map
-    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
-    pub(super) range: Option<Ranges>,
-    /// Number of cells along both axes, or along each. Default: 400
-    #[arg(
-        long,
-        value_name = "N[,M]",
-        value_delimiter = ',',
-        value_parser = clap::value_parser!(u32).range(1..=10_000)
-    )]
-    pub(super) points: Vec<u32>,
-    /// Cells that are computed: `all`, or `borders` (those along borders and probes of the blocks
-    /// between; the others are filled). Default: borders
-    #[arg(long, value_parser = ["all", "borders"])]
-    pub(super) cells: Option<String>,
-    /// Offsets of the other section coordinates (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) start: Option<Named<Position>>,
-    /// Method that iterates the states. Default: guarded
-    #[arg(long, alias = "with", value_parser = one_of(METHODS))]
-    pub(super) method: Option<Method>,
-    /// Also compute stable and unstable manifolds of saddles of up to N returns, as curves; needs a
-    /// section of two coordinates
-    #[arg(
-        long,
-        value_name = "N",
-        num_args = 0..=1,
-        default_missing_value = "2",
-        value_parser = clap::value_parser!(u8).range(1..=12)
-    )]
-    pub(super) manifolds: Option<u8>,
+    pub(super) keys: BasinKeys,
     #[command(flatten)]
     pub(super) sharding: Sharding,
-}
-
-impl BasinArguments {
-    /// Whether the options ask for a basin of their own, in the place of the scene's.
-    pub(super) fn names_any(&self) -> bool {
-        let named = self.at.is_some() || self.range.is_some() || self.start.is_some();
-        let listed = !self.plane.is_empty() || !self.points.is_empty();
-        let chosen = self.cells.is_some() || self.method.is_some();
-        named || listed || chosen || self.manifolds.is_some()
-    }
 }
 
 /// Options of `atlas`.
@@ -987,64 +661,8 @@ impl BasinArguments {
 pub(super) struct AtlasArguments {
     #[command(flatten)]
     pub(super) scene: SceneOptions,
-    /// First and last offset of states, and of parameters that become coordinates, from the
-    /// grazing orbit at the phase, or with `@` their values. Default: states within a twentieth of
-    /// their extent along the orbit
-    #[arg(
-        long,
-        value_name = "NAME=FROM:TO,...",
-        value_parser = Ranges::parse,
-        conflicts_with = "load"
-    )]
-    pub(super) range: Option<Ranges>,
-    /// Offsets of parameters that are fixed (0 if not named)
-    #[arg(
-        long,
-        value_name = "NAME=OFFSET,...",
-        value_parser = positions,
-        conflicts_with = "load"
-    )]
-    pub(super) at: Option<Named<Position>>,
     #[command(flatten)]
-    pub(super) counting: Counting,
-    /// Phase of the section. Default: the scene's, or the phase farthest from all stops
-    #[arg(long, value_name = "PHASE", conflicts_with = "load")]
-    pub(super) phase: Option<Finite>,
-    /// Largest error, in widths of the region. Default: 1e-6
-    #[arg(long, value_name = "E", conflicts_with = "load")]
-    pub(super) tolerance: Option<Finite>,
-    /// Order of the polynomials, from 3 to 20. Default: 6
-    #[arg(
-        long,
-        value_name = "N",
-        conflicts_with = "load",
-        value_parser = clap::value_parser!(u32).range(3..=20)
-    )]
-    pub(super) order: Option<u32>,
-    /// Most halvings of a box; smaller boxes are simulated. Default: 20
-    #[arg(
-        long,
-        value_name = "N",
-        conflicts_with = "load",
-        value_parser = clap::value_parser!(u32).range(0..=60)
-    )]
-    pub(super) depth: Option<u32>,
-    /// Most boxes that are expanded, from here on; points of other boxes are simulated
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = AtlasKeys::BOXES,
-        value_parser = clap::value_parser!(u32).range(0..=100_000_000)
-    )]
-    pub(super) boxes: u32,
-    /// Number of points at which the atlas is made and compared with direct simulation
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = AtlasKeys::POINTS,
-        value_parser = clap::value_parser!(u32).range(1..=10_000_000)
-    )]
-    pub(super) points: u32,
+    pub(super) keys: AtlasKeys,
     /// Write the atlas to a file, from which --load goes on; it may be the file of --load
     #[arg(long, value_name = "FILE")]
     pub(super) save: Option<PathBuf>,
@@ -1053,59 +671,6 @@ pub(super) struct AtlasArguments {
     #[arg(long, value_name = "FILE")]
     pub(super) load: Option<PathBuf>,
 }
-
-/// Options of `noise`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct NoiseArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneOptions,
-    /// Standard deviations of active parameters
-    #[arg(long, value_name = "P=SIZE,...", value_parser = sizes)]
-    pub(super) deviation: Named<f64>,
-    /// Means of active parameters, as offsets from the graze (0 if not named)
-    #[arg(long, value_name = "P=OFFSET,...", value_parser = positions)]
-    pub(super) at: Option<Named<Position>>,
-    #[command(flatten)]
-    pub(super) counting: Counting,
-    /// Distribution of the parameters
-    #[arg(long, default_value = "normal", value_parser = one_of(LAWS))]
-    pub(super) law: NoiseLaw,
-    /// Offsets of section coordinates at which the orbits start (0 if not named)
-    #[arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)]
-    pub(super) start: Option<Named<Position>>,
-    /// Number of orbits
-    #[arg(long, value_name = "N", default_value_t = 1000)]
-    pub(super) orbits: u32,
-    /// Number of returns before counting begins
-    #[arg(long, value_name = "N", default_value_t = 100)]
-    pub(super) transient: u32,
-    /// Number of returns counted
-    #[arg(long, value_name = "N", default_value_t = 1000)]
-    pub(super) keep: u32,
-    /// First and last offset of a coordinate. Default: the window's
-    #[arg(long, value_name = "NAME=FROM:TO,...", value_parser = Ranges::parse)]
-    pub(super) range: Option<Ranges>,
-    /// Number of cells along every coordinate
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 100,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
-    )]
-    pub(super) cells: u32,
-    /// Seed of the random numbers; equal seeds give equal results
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(super) seed: u64,
-    /// Method that computes returns
-    #[arg(long, default_value = "guarded", value_parser = one_of(METHODS))]
-    pub(super) method: Method,
-}
-
-/// Distributions of parameters under noise.
-const LAWS: Words<NoiseLaw> = &[
-    ("normal", NoiseLaw::Normal, "Normal distribution"),
-    ("uniform", NoiseLaw::Uniform, "Uniform distribution of the same standard deviation"),
-];
 
 /// Options of `fit`.
 #[derive(Clone, Debug, Args)]
@@ -1118,116 +683,8 @@ pub(super) struct FitArguments {
     /// be added to it
     #[arg(long, value_name = "CSV")]
     pub(super) data: PathBuf,
-    /// Active parameters to fit
-    #[arg(long, value_name = "P,...", value_delimiter = ',', required = true)]
-    pub(super) parameters: Vec<String>,
-    /// Offsets of active parameters from the graze (0 if not named); the fit starts there
-    #[arg(long, value_name = "P=OFFSET,...", value_parser = positions)]
-    pub(super) at: Option<Named<Position>>,
     #[command(flatten)]
-    pub(super) counting: Counting,
-    /// Standard deviation of the measurement of every coordinate. Default: that of the residuals
-    #[arg(long, value_name = "NAME=SIZE,...", value_parser = sizes)]
-    pub(super) noise: Option<Named<f64>>,
-    /// Number of returns in a piece, which has a start of its own; 0: a series is one piece
-    #[arg(long, value_name = "N", default_value_t = FitRequest::PIECE as u32)]
-    pub(super) piece: u32,
-    /// Number of points at the end of every series that are predicted instead of fitted
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(super) withheld: u32,
-    /// Method that computes returns
-    #[arg(long, default_value = "guarded", value_parser = one_of(METHODS))]
-    pub(super) method: Method,
-}
-
-/// Methods that iterate states.
-const METHODS: Words<Method> = &[
-    ("map", Method::Map, "The local map"),
-    ("guarded", Method::Guarded, "The local map inside its window, direct simulation outside"),
-    ("direct", Method::Direct, "Direct simulation"),
-];
-
-/// Intervals by name.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Ranges(Named<[Position; 2]>);
-
-impl Ranges {
-    /// Parses `name=from:to,name=from:to`.
-    fn parse(text: &str) -> Result<Self, String> {
-        let range = |range: &str| {
-            let (name, ends) = range.split_once('=').ok_or("expected NAME=FROM:TO")?;
-            let (from, to) = ends.split_once(':').ok_or("expected NAME=FROM:TO")?;
-            Ok((name.trim().to_owned(), [from.parse()?, to.parse()?]))
-        };
-        Ok(Self(Named(text.split(',').map(range).collect::<Result<_, String>>()?)))
-    }
-
-    /// Offsets of both ends of each interval.
-    pub(super) fn offsets(&self, origin: &Origin<'_>) -> Named<[f64; 2]> {
-        let ends = |(name, ends): &(String, [Position; 2])| {
-            (name.clone(), ends.map(|end| origin.offset(name, end)))
-        };
-        Named(self.0.0.iter().map(ends).collect())
-    }
-}
-
-/// Words of an option, each with its value and its help text. Older spellings follow a word after
-/// `|`.
-type Words<T> = &'static [(&'static str, T, &'static str)];
-
-/// Parser that accepts these words, in any case, and returns the value of the word given.
-fn one_of<T: Copy + Send + Sync>(words: Words<T>) -> impl TypedValueParser<Value = T> {
-    let known = words.iter().map(|&(spellings, _, help)| {
-        let mut spellings = spellings.split('|');
-        let word = spellings.next().unwrap_or_default();
-        PossibleValue::new(word).aliases(spellings).help(help)
-    });
-    PossibleValuesParser::new(known).map(|word| {
-        let is_word = |(spellings, ..): &&(&str, T, &str)| {
-            spellings.split('|').any(|spelling| spelling.eq_ignore_ascii_case(&word))
-        };
-        words.iter().find(is_word).expect("the parser takes no other word").1
-    })
-}
-
-/// Parses numbers by name: `name=number,name=number`.
-fn named<T: FromStr<Err = String>>(text: &str) -> Result<Named<T>, String> {
-    let pair = |pair: &str| {
-        let (name, number) = pair.split_once('=').ok_or("expected NAME=NUMBER")?;
-        Ok((name.trim().to_owned(), number.parse()?))
-    };
-    text.split(',').map(pair).collect::<Result<_, String>>().map(Named)
-}
-
-/// Parses positions by name.
-fn positions(text: &str) -> Result<Named<Position>, String> {
-    named(text)
-}
-
-/// Parses shares by name: `name=5%` or `name=0.05`.
-fn shares(text: &str) -> Result<Named<f64>, String> {
-    let share = |pair: &str| {
-        let (name, share) = pair.split_once('=').ok_or("expected NAME=SHARE, as omega=1%")?;
-        let Finite(value) = share.trim().trim_end_matches('%').parse()?;
-        let value = if share.trim().ends_with('%') { value / 100.0 } else { value };
-        Ok((name.trim().to_owned(), value))
-    };
-    text.split(',').map(share).collect::<Result<_, String>>().map(Named)
-}
-
-/// Parses finite values by name.
-fn values(text: &str) -> Result<Named<f64>, String> {
-    let Named(pairs) = named::<Finite>(text)?;
-    Ok(Named(pairs.into_iter().map(|(name, Finite(value))| (name, value)).collect()))
-}
-
-/// Parses sizes by name.
-fn sizes(text: &str) -> Result<Named<f64>, String> {
-    let sizes = values(text)?;
-    match sizes.0.iter().find(|(_, size)| *size < 0.0) {
-        Some((name, size)) => Err(format!("a size is not negative, found {name} = {size}")),
-        None => Ok(sizes),
-    }
+    pub(super) keys: FitKeys,
 }
 
 /// Parses `name=value`, split at the first `=`.

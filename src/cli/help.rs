@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _};
 
 use super::arguments::Arguments;
-use super::positions::{Finite, Position, Positive};
+use grazemap::pipeline::Position;
 
 /// Groups of commands, in the order in which they are shown.
 const GROUPS: [(&str, &[&str]); 6] = [
@@ -29,11 +29,14 @@ const TEMPLATE: &str =
 const WIDTH: usize = 14;
 
 /// An option that takes a number takes a negative one too, which is then read or refused as a
-/// number.
-fn with_negative_numbers(option: Arg) -> Arg {
+/// number. An empty default is not shown.
+fn adjusted(option: Arg) -> Arg {
+    let option = match option.get_default_values() {
+        [empty] if empty.is_empty() => option.hide_default_value(true),
+        _ => option,
+    };
     let numbers = [
-        TypeId::of::<Finite>(),
-        TypeId::of::<Positive>(),
+        TypeId::of::<f64>(),
         TypeId::of::<Position>(),
         TypeId::of::<u8>(),
         TypeId::of::<u16>(),
@@ -54,8 +57,8 @@ fn with_negative_numbers(option: Arg) -> Arg {
 
 /// The command line of the program.
 pub(super) fn command() -> Command {
-    let command = Arguments::command().mut_args(with_negative_numbers);
-    let command = command.mut_subcommands(|command| command.mut_args(with_negative_numbers));
+    let command = Arguments::command().mut_args(adjusted);
+    let command = command.mut_subcommands(|command| command.mut_args(adjusted));
     let groups = GROUPS.map(|(heading, names)| {
         let about = |name: &str| {
             let found = command.find_subcommand(name).and_then(Command::get_about);

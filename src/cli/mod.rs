@@ -15,7 +15,6 @@ mod gallery;
 mod help;
 mod output;
 mod pieces;
-mod positions;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -19,7 +19,10 @@ mod keys;
 mod map;
 mod memory;
 mod offsets;
+#[cfg(feature = "cli")]
+pub mod options;
 mod points;
+mod positions;
 mod run;
 mod saved;
 mod simulated;
@@ -29,8 +32,8 @@ pub use answer::Answer;
 pub use branch_graze::{BranchPlace, SearchFromBranch};
 pub use commands::{
     AskedTrajectory, AtlasFile, AtlasKeys, BranchKeys, Command, ContactKeys, ConvergenceKeys,
-    CurveKeys, DerivativesKeys, FitKeys, LociKeys, NearestKeys, NoiseKeys, OrbitsKeys, SafeKeys,
-    TrajectoryKeys,
+    CurveKeys, DerivativesKeys, FitKeys, FoldsAndFlips, LociKeys, NearestKeys, NoiseKeys,
+    OrbitsKeys, SafeKeys, TrajectoryKeys,
 };
 pub use device::Device;
 pub use emit::{EmitRequest, write_emitted};
@@ -40,6 +43,7 @@ pub use keys::{KeyError, OrbitsOf};
 pub use map::{Image, Map, Plan};
 pub use memory::refuse_memory;
 pub use points::{Images, Points};
+pub use positions::{Counting, Ends, Origin, Position, finite};
 pub use run::{RunWatch, run};
 pub use saved::{Source, bounded, is_standard};
 pub use sweeps::{BasinKeys, ByMap};

@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::keys::{ActiveParameters, COORDINATES, KeyError, named_offsets, place_of};
+#[cfg(feature = "cli")]
+use super::options::{CELLS, METHODS, one_of, positions, ranges};
+use super::positions::{Counting, Ends, Origin, Position};
 use super::{Error, Map};
 use crate::analysis::basin::{Basin, BasinRequest};
 use crate::analysis::chart::Chart;
@@ -173,27 +176,94 @@ fn stems(name: &str, count: usize) -> impl Iterator<Item = String> {
 
 /// Keys of `basin`, instead of a table of the scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct BasinKeys {
-    /// Offsets of active parameters, 0 if not named.
-    pub at: Named<f64>,
-    /// Coordinates that span the plane, the horizontal one first. Default: the first two.
+    /// Offsets of active parameters from the graze (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "NAME=OFFSET,...",
+            value_parser = positions,
+            default_value = ""
+        )
+    )]
+    pub at: Named<Position>,
+    /// Whether all numbers of parameters and coordinates are values.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    pub values: Counting,
+    /// Section coordinates that span the plane, the horizontal one first. Default: the first two.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long = "plane", alias = "axes", value_name = "A,B", value_delimiter = ',')
+    )]
     pub axes: Vec<String>,
-    /// First and last offset along an axis. Default: the window.
-    pub range: Named<[f64; 2]>,
-    /// Number of cells along both axes, or along each.
+    /// First and last offset along an axis. Default: the window of the map.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "NAME=FROM:TO,...",
+            value_parser = ranges,
+            default_value = ""
+        )
+    )]
+    pub range: Named<Ends>,
+    /// Number of cells along both axes, or along each. Default: 400.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N[,M]",
+            value_delimiter = ',',
+            value_parser = clap::value_parser!(u32).range(1..=10_000)
+        )
+    )]
     pub points: Vec<u32>,
-    /// Whether the state of every cell is followed, or only those along borders and probes.
-    pub every_cell: bool,
-    /// Offsets of the other section coordinates, 0 if not named.
-    pub start: Named<f64>,
-    /// Method that iterates the states.
+    /// Cells that are computed: `all`, or `borders` (those along borders and probes of the blocks
+    /// between; the others are filled). Default: borders.
+    #[cfg_attr(feature = "cli", arg(long = "cells", value_name = "CELLS", value_parser = one_of(CELLS)))]
+    pub every_cell: Option<bool>,
+    /// Offsets of the other section coordinates (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "NAME=OFFSET,...",
+            value_parser = positions,
+            default_value = ""
+        )
+    )]
+    pub start: Named<Position>,
+    /// Method that iterates the states. Default: guarded.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long = "method", value_name = "METHOD", alias = "with", value_parser = one_of(METHODS))
+    )]
     pub with: Option<Method>,
-    /// Longest period, in returns, of the saddles whose manifolds are computed.
+    /// Also compute stable and unstable manifolds of saddles of up to N returns, as curves; needs a
+    /// section of two coordinates.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            num_args = 0..=1,
+            default_missing_value = "2",
+            value_parser = clap::value_parser!(u8).range(1..=12)
+        )
+    )]
     pub manifolds: Option<u8>,
 }
 
 impl BasinKeys {
+    /// Whether the keys ask for a basin of their own, in the place of the scene's.
+    pub fn name_any(&self) -> bool {
+        let values = self.values;
+        *self != Self { values, ..Self::default() }
+    }
+
     /// Request with numbers in place of names.
     ///
     /// # Errors
@@ -202,11 +272,14 @@ impl BasinKeys {
     pub fn request(&self, map: &Map) -> Result<BasinRequest, KeyError> {
         let mut request = BasinRequest::over_the_window(map.local());
         let coordinates = &map.local().section.coordinates;
+        let origin = Origin::new(map.settled().graze(), self.values);
         if !self.at.is_empty() {
-            request.parameters = ActiveParameters::of(map.scene(), map.local()).at(&self.at)?;
+            let at = origin.offsets(&self.at);
+            request.parameters = ActiveParameters::of(map.scene(), map.local()).at(&at)?;
         }
         if !self.start.is_empty() {
-            request.origin = named_offsets("start", COORDINATES, &self.start, coordinates)?;
+            let start = origin.offsets(&self.start);
+            request.origin = named_offsets("start", COORDINATES, &start, coordinates)?;
         }
         if let [first, second] = &self.axes[..] {
             let place = |name: &str| place_of("axes", COORDINATES, name, coordinates);
@@ -219,7 +292,7 @@ impl BasinKeys {
         if let Some(place) = request.axes.into_iter().find(|&place| named(place)) {
             return Err(KeyError::Varies { key: "start", name: coordinates[place].clone() });
         }
-        for (name, range) in &self.range.0 {
+        for (name, range) in &origin.ranges(&self.range).0 {
             let place = place_of("range", COORDINATES, name, coordinates)?;
             let axis = request.axes.iter().position(|&axis| axis == place);
             let axis = axis.ok_or_else(|| KeyError::NoAxis { name: name.clone() })?;
@@ -235,7 +308,7 @@ impl BasinKeys {
             [first, second] => request.points = [first as usize, second as usize],
             _ => return Err(KeyError::NotTwoAxes { found: self.points.len() }),
         }
-        request.every_cell = self.every_cell;
+        request.every_cell = self.every_cell.unwrap_or_default();
         request.method = self.with.unwrap_or(request.method);
         request.manifolds = self.manifolds.map(usize::from);
         Ok(request)

@@ -285,8 +285,15 @@ impl<T> Document<T> {
 }
 
 /// Values by name: an object whose keys keep the order given.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Named<T>(pub Vec<(String, T)>);
+
+impl<T> Default for Named<T> {
+    /// No values.
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
 
 impl<T> Named<T> {
     /// Values from pairs of name and value.

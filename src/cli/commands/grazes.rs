@@ -1,14 +1,14 @@
 //! `grazemap locate`, `curve` and `expand`: the grazing orbit, its curve in two parameters, and the
 //! coefficients of `P_smooth`, `D` and their composition.
 
+use super::answers::told;
 use super::{map, open, remark_on_window};
-use crate::cli::arguments::{CurveArguments, LocateArguments, SafeArguments, SceneOptions};
-use crate::cli::output::{Bar, CliError, Results, deliver, note};
-use crate::cli::positions::Position;
+use crate::cli::arguments::{Asked, CurveArguments, LocateArguments, SceneOptions};
+use crate::cli::output::{CliError, Results, note};
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
 use grazemap::numeric::Shown;
-use grazemap::pipeline::{BranchPlace, CurveKeys, NearestKeys, SafeKeys, Source};
+use grazemap::pipeline::{BranchPlace, CurveKeys, NearestKeys, Position, SafeKeys, Source};
 use grazemap::report::{
     ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, ReportError, least_orders_words,
     window_words,
@@ -132,9 +132,9 @@ fn orbit_text(document: &OrbitListing) -> Result<String, ReportError> {
 /// Runs `grazemap curve`: the grazing curve in two parameters, or its point nearest to the scene.
 pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
     let source = open(&options.scene)?;
-    let bar = Bar::new("curve", options.scene.common.outlets.quiet);
     let second = options.along.as_ref().or(options.with.as_ref());
-    let answer = match (second, options.from, options.to) {
+    let outlets = &options.scene.common.outlets;
+    told("curve", outlets, |bar| match (second, options.from, options.to) {
         (Some(second), Some(from), Some(to)) => {
             let are_values = options.with.is_some() || options.counting.values;
             let offsets_from = match are_values {
@@ -146,29 +146,21 @@ pub(in crate::cli) fn curve(options: &CurveArguments) -> Result<(), CliError> {
                 Position::Value(value) => value,
             });
             let keys = CurveKeys { along: second.clone(), from, to, xi: options.xi };
-            keys.answer(source.scene(), &bar)?
+            keys.answer(source.scene(), bar)
         }
         _ => {
             let scale = options.scale.clone().unwrap_or_default();
             let keys = NearestKeys { nearest: options.nearest.clone(), scale };
-            keys.answer(source.scene(), &bar)?
+            keys.answer(source.scene(), bar)
         }
-    };
-    drop(bar);
-    deliver(answer, "curve", &options.scene.common.outlets)
+    })
 }
 
 /// Safety of a scene.
-pub(in crate::cli) fn safe(options: &SafeArguments) -> Result<(), CliError> {
-    let source = open(&options.scene)?;
-    let keys = SafeKeys {
-        tolerance: options.tolerance.clone().unwrap_or_default(),
-        points: options.points,
-    };
-    let bar = Bar::new("safe", options.scene.common.outlets.quiet);
-    let answer = keys.answer(source.scene(), &bar)?;
-    drop(bar);
-    deliver(answer, "safe", &options.scene.common.outlets)
+pub(in crate::cli) fn safe(asked: &Asked<SafeKeys>) -> Result<(), CliError> {
+    let Asked { scene, keys } = asked;
+    let source = open(scene)?;
+    told("safe", &scene.common.outlets, |bar| keys.answer(source.scene(), bar))
 }
 
 /// Value of a parameter in a scene; 0 for another name, which the command refuses.

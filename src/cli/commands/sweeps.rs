@@ -4,7 +4,6 @@
 use super::{Contacts, open, remark_on_window, resumable, shard, tables};
 use crate::cli::arguments::{BasinArguments, ChartArguments, DiagramArguments};
 use crate::cli::output::{Bar, CliError, note_all, refuse};
-use crate::cli::positions::Origin;
 use grazemap::Error;
 use grazemap::analysis::basin::Basin;
 use grazemap::analysis::diagram::{Diagram, Timing};
@@ -124,10 +123,10 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
 pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     let outlets = &options.scene.common.outlets;
     let source = open(&options.scene)?;
-    let contacts = basin_contacts(options, source.scene());
+    let contacts = basin_contacts(&options.keys, source.scene());
     let map = contacts.map(source, outlets.quiet)?;
-    let keys = basin_keys(options, &Origin::new(map.settled().graze(), options.counting));
-    let requests = match options.names_any() || map.scene().basins.is_empty() {
+    let keys = &options.keys;
+    let requests = match keys.name_any() || map.scene().basins.is_empty() {
         true => vec![keys.request(&map).map_err(grazemap::Error::from)?],
         false => map.basin_requests()?,
     };
@@ -183,10 +182,10 @@ fn check_charts(scene: &Scene, quiet: bool) -> Result<(), CliError> {
 }
 
 /// Role of the map's contacts in the basins asked for.
-fn basin_contacts(options: &BasinArguments, scene: &Scene) -> Contacts {
+fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
     let plans = &scene.basins;
-    let (direct, manifolds) = match options.names_any() || plans.is_empty() {
-        true => (options.method == Some(Method::Direct), options.manifolds.is_some()),
+    let (direct, manifolds) = match keys.name_any() || plans.is_empty() {
+        true => (keys.with == Some(Method::Direct), keys.manifolds.is_some()),
         false => {
             let mut methods = plans.iter().flat_map(|plan| &plan.with);
             let direct = methods.all(|&method| method == Method::Direct);
@@ -195,20 +194,6 @@ fn basin_contacts(options: &BasinArguments, scene: &Scene) -> Contacts {
     };
     let contacts = if manifolds { Contacts::Searched } else { Contacts::Unused };
     Contacts::unless(direct, contacts)
-}
-
-/// Keys of the pipeline, from the options.
-fn basin_keys(options: &BasinArguments, origin: &Origin<'_>) -> BasinKeys {
-    BasinKeys {
-        at: origin.named(options.at.as_ref()),
-        axes: options.plane.clone(),
-        range: options.range.as_ref().map(|ranges| ranges.offsets(origin)).unwrap_or_default(),
-        points: options.points.clone(),
-        every_cell: options.cells.as_deref() == Some("all"),
-        start: origin.named(options.start.as_ref()),
-        with: options.method,
-        manifolds: options.manifolds,
-    }
 }
 
 /// Basin as text.

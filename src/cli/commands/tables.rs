@@ -2,9 +2,9 @@
 
 use super::super::arguments::{ChartArguments, DiagramArguments, Iterates};
 use super::super::output::CliError;
-use super::super::positions::{Origin, Position};
 use grazemap::Map;
 use grazemap::model::Method;
+use grazemap::pipeline::{Origin, Position};
 use grazemap::report::Named;
 
 /// A table of a scene as text.
@@ -104,7 +104,7 @@ pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<String
         return Ok(None);
     }
     let origin = Origin::new(map.settled().graze(), options.counting);
-    let named = options.range.as_ref().map(|ranges| ranges.offsets(&origin)).unwrap_or_default();
+    let named = options.range.as_ref().map(|ranges| origin.ranges(ranges)).unwrap_or_default();
     let other = named.0.iter().find(|(name, _)| !options.plane.contains(name));
     if let Some((name, _)) = other {
         return Err(CliError::RangeOfNoAxis { name: name.clone() });

@@ -15,6 +15,11 @@ use crate::atlas::{AtlasOptions, RegionError, SavedAtlas};
 use crate::model::{Digest, Scene};
 use crate::numeric::Dd;
 use crate::pipeline::keys::{KeyError, finite};
+#[cfg(feature = "cli")]
+use crate::pipeline::options::{positions, ranges};
+#[cfg(feature = "cli")]
+use crate::pipeline::positions::finite as finite_number;
+use crate::pipeline::positions::{Counting, Ends, Origin, Position};
 use crate::pipeline::{Answer, Error, Graze, bounded, parameter_number, refuse_memory};
 use crate::report::{
     AtlasListing, Document, DocumentKind, Named, atlas_figure, to_json, write_atomically,
@@ -25,27 +30,109 @@ const HEADING: &str = "grazemap atlas 1";
 
 /// Keys of `atlas`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct AtlasKeys {
-    /// First and last offset of states and parameters from the grazing orbit at the phase. States
-    /// not named get a twentieth of their extent along the orbit on both sides; parameters not
-    /// named are fixed.
-    pub range: Named<[f64; 2]>,
-    /// Offsets of parameters that are fixed, 0 if not named.
-    pub at: Named<f64>,
-    /// Phase of the section. Default: the scene's, or the one farthest from all stops.
+    /// First and last offset of states, and of parameters that become coordinates, from the
+    /// grazing orbit at the phase, or with `@` their values. Default: states within a twentieth of
+    /// their extent along the orbit.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "NAME=FROM:TO,...",
+            value_parser = ranges,
+            default_value = "",
+            conflicts_with = "load"
+        )
+    )]
+    pub range: Named<Ends>,
+    /// Offsets of parameters that are fixed (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "NAME=OFFSET,...",
+            value_parser = positions,
+            default_value = "",
+            conflicts_with = "load"
+        )
+    )]
+    pub at: Named<Position>,
+    /// Whether all numbers of parameters and coordinates are values.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    pub values: Counting,
+    /// Phase of the section. Default: the scene's, or the phase farthest from all stops.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "PHASE",
+            value_parser = finite_number,
+            conflicts_with = "load"
+        )
+    )]
     pub phase: Option<f64>,
     /// Largest error, in widths of the region.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "E",
+            default_value = "1e-6",
+            value_parser = finite_number,
+            conflicts_with = "load"
+        )
+    )]
     pub tolerance: f64,
-    /// Order of the polynomials.
+    /// Order of the polynomials, from 3 to 20.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = AtlasKeys::ORDER,
+            conflicts_with = "load",
+            value_parser = clap::value_parser!(u32).range(3..=20)
+        )
+    )]
     pub order: u32,
-    /// Most halvings of a box; a box beyond is simulated.
+    /// Most halvings of a box; smaller boxes are simulated.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = AtlasKeys::DEPTH,
+            conflicts_with = "load",
+            value_parser = clap::value_parser!(u32).range(0..=60)
+        )
+    )]
     pub depth: u32,
-    /// Most boxes that are expanded; points of other boxes are simulated.
+    /// Most boxes that are expanded, from here on; points of other boxes are simulated.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = AtlasKeys::BOXES,
+            value_parser = clap::value_parser!(u32).range(0..=100_000_000)
+        )
+    )]
     pub boxes: u32,
-    /// Points at which the atlas is made and measured.
+    /// Number of points at which the atlas is made and compared with direct simulation.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = AtlasKeys::POINTS,
+            value_parser = clap::value_parser!(u32).range(1..=10_000_000)
+        )
+    )]
     pub points: u32,
     /// Whether the plane of the first two axes is drawn.
+    #[cfg_attr(feature = "cli", arg(skip))]
     pub plane: bool,
 }
 
@@ -55,6 +142,7 @@ impl Default for AtlasKeys {
         Self {
             range: Named::default(),
             at: Named::default(),
+            values: Counting::default(),
             phase: None,
             tolerance: Self::TOLERANCE,
             order: Self::ORDER,
@@ -121,23 +209,16 @@ impl AtlasKeys {
         Ok((answer, AtlasFile { scene: scene.digest, region, atlas: saved }))
     }
 
-    /// States of the grazing orbit at the phase, by name: the offsets are counted from them.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Analysis`] for a model without a phase.
-    pub fn origin(&self, graze: &Graze) -> Result<Named<f64>, Error> {
-        let point = StroboscopicPoint::new(graze.scene(), graze.orbit(), self.phase)?;
-        Ok(Named::new(graze.scene().model.states.iter().cloned().zip(point.states)))
-    }
-
     /// Region with values in place of offsets.
     fn region(&self, graze: &Graze) -> Result<AtlasRegion, Error> {
         let (scene, orbit) = (graze.scene(), graze.orbit());
         let model = &scene.model;
         let phase = self.phase.map(|phase| finite("phase", phase)).transpose()?;
         let mut parameters: Vec<Dd> = orbit.parameters().to_vec();
-        for (name, offset) in &self.at.0 {
+        let point = StroboscopicPoint::new(scene, orbit, phase)?;
+        let states = Named::new(model.states.iter().cloned().zip(point.states.iter().copied()));
+        let counted = Origin::new(graze, self.values).with_coordinates(states);
+        for (name, offset) in &counted.offsets(&self.at).0 {
             let parameter = parameter_number(scene, name)?;
             if self.range.0.iter().any(|(ranged, _)| ranged == name) {
                 return Err(
@@ -147,7 +228,6 @@ impl AtlasKeys {
             let offset = Dd::from(finite("at", *offset)?);
             parameters[parameter] += offset;
         }
-        let point = StroboscopicPoint::new(scene, orbit, phase)?;
         let origin = |name: &str| {
             let state = model.states.iter().position(|state| state == name);
             let parameter = || model.parameters.iter().position(|known| known.name == name);
@@ -155,7 +235,7 @@ impl AtlasKeys {
             state.map(|state| Dd::from(point.states[state])).or_else(of_parameter)
         };
         let mut ranges = Vec::new();
-        for (name, ends) in &self.range.0 {
+        for (name, ends) in &counted.ranges(&self.range).0 {
             let unknown = || RegionError::UnknownName { name: name.clone() };
             let from = origin(name).ok_or_else(unknown).map_err(AnalysisError::from)?;
             ranges.push((name.clone(), ends.map(|end| (from + Dd::from(end)).to_f64())));

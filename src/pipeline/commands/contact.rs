@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::Progress;
 use crate::analysis::soft_stop::{SoftStop, StopInScene, StopLaw, StopSize, WantedImpact};
 use crate::pipeline::keys::{KeyError, finite};
+#[cfg(feature = "cli")]
+use crate::pipeline::positions::finite as finite_number;
 use crate::pipeline::{Answer, Error, Graze};
 use crate::report::{
     ContactListing, Document, DocumentKind, SoftImpactListing, SoftStopListing, StopNames,
@@ -25,26 +27,47 @@ const SPEEDS: [f64; 7] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 
 /// Keys of `contact`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(deny_unknown_fields)]
 pub struct ContactKeys {
-    /// Restitution, from 0.01 to 1.
+    /// Restitution that the stops have at the speed, from 0.01 to 1.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "R", value_parser = finite_number))]
     pub restitution: f64,
     /// Contact time at the speed. Default: a hundredth of the period of the grazing orbit; 1
     /// without a scene.
     #[serde(default)]
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "T",
+            conflicts_with = "stiffness",
+            value_parser = finite_number
+        )
+    )]
     pub time: Option<f64>,
-    /// Stiffness, in the place of the contact time.
+    /// Stiffness of the spring, in the place of the contact time.
     #[serde(default)]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "K", value_parser = finite_number))]
     pub stiffness: Option<f64>,
     /// Speed at which the stops have the restitution. Default: a tenth of the largest normal speed
     /// along the grazing orbit; 1 without a scene.
     #[serde(default)]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "V", value_parser = finite_number))]
     pub speed: Option<f64>,
-    /// Exponent of the spring of the laws that are not linear, from 0.1 to 20.
+    /// Exponent of the spring of laws that are not linear, from 0.1 to 20.
     #[serde(default = "hertz")]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "P", default_value_t = hertz(), value_parser = finite_number)
+    )]
     pub exponent: f64,
-    /// Effective mass; 1 gives stiffness and damper as they enter an acceleration.
+    /// Effective mass; with 1, stiffness and damper are those of an acceleration.
     #[serde(default = "unit")]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "M", default_value_t = unit(), value_parser = finite_number)
+    )]
     pub mass: f64,
 }
 

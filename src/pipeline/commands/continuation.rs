@@ -11,6 +11,9 @@ use crate::model::{ChartRequest, Method};
 use crate::pipeline::keys::{
     ActiveParameters, COORDINATES, KeyError, OrbitsOf, itineraries, longest_period, named_offsets,
 };
+#[cfg(feature = "cli")]
+use crate::pipeline::options::{LOCI, OBSERVABLES, ORBITS_OF, one_of, positions};
+use crate::pipeline::positions::{Counting, Origin, Position};
 use crate::pipeline::{Answer, Ended, Error, Map};
 use crate::report::{
     BranchListing, Document, DocumentKind, Figure, LociListing, Named, chart_figure, loci_searched,
@@ -19,30 +22,66 @@ use crate::report::{
 
 /// Keys of `branch`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct BranchKeys {
-    /// Active parameter that varies.
+    /// Active parameter that varies along the branches.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "P"))]
     pub along: String,
-    /// First offset. Default: the edge of the window.
-    pub from: Option<f64>,
-    /// Last offset. Default: the edge of the window.
-    pub to: Option<f64>,
-    /// Offsets of further active parameters, 0 if not named.
-    pub at: Named<f64>,
-    /// Itineraries of the orbits. Default: all of short periods.
-    pub itineraries: Vec<String>,
-    /// Longest period, in returns.
+    /// First offset of the parameter from the graze. Default: the edge of the window.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "A"))]
+    pub from: Option<Position>,
+    /// Last offset of the parameter from the graze. Default: the edge of the window.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "B"))]
+    pub to: Option<Position>,
+    /// Offsets of further active parameters from the graze (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+    )]
+    pub at: Named<Position>,
+    /// Whether all numbers of parameters and coordinates are values.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    pub values: Counting,
+    /// Search all itineraries of up to N returns, and follow period-doubled branches up to N
+    /// returns. Default: 4 returns, or 4 passages where a return has several.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=12))
+    )]
     pub period: Option<u8>,
+    /// Orbits with these contacts only: 1 for contact, 0 for none, passage by passage and return by
+    /// return (`100`); may be repeated. Default: all itineraries of short periods.
+    #[cfg_attr(feature = "cli", arg(long = "itinerary", value_name = "DIGITS"))]
+    pub itineraries: Vec<String>,
     /// Method that computes the orbits.
     #[serde(alias = "using")]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, alias = "using", default_value = "map", value_parser = one_of(ORBITS_OF))
+    )]
     pub method: OrbitsOf,
-    /// Offsets of section coordinates, 0 if not named, of further starts from which direct
-    /// simulation searches for orbits.
-    pub starts: Vec<Named<f64>>,
-    /// Quantities computed for every orbit in addition to its section points.
+    /// Offsets of section coordinates (0 if not named) of a further start from which direct
+    /// simulation searches for orbits; may be repeated. `basin` can supply such starts.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long = "start", value_name = "NAME=OFFSET,...", value_parser = positions)
+    )]
+    pub starts: Vec<Named<Position>>,
+    /// Quantities to compute for every orbit; each adds a column and a picture.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "NAME,...",
+            value_parser = one_of(OBSERVABLES),
+            value_delimiter = ','
+        )
+    )]
     pub observe: Vec<BranchObservable>,
     /// Whether guarded iterates are drawn below the branches, if the scene has a diagram in the
     /// same parameter.
+    #[cfg_attr(feature = "cli", arg(skip))]
     pub iterates: bool,
 }
 
@@ -54,6 +93,7 @@ impl BranchKeys {
     /// [`KeyError`] for names, numbers and itineraries that the map does not have.
     pub fn request(&self, map: &Map) -> Result<BranchRequest, KeyError> {
         let parameters = ActiveParameters::of(map.scene(), map.local());
+        let (origin, [from, to], at) = self.offsets(map);
         let along = parameters.place("along", &self.along)?;
         let passages = map.local().passages();
         let longest = longest_period(self.period, passages);
@@ -62,17 +102,23 @@ impl BranchKeys {
             return Err(KeyError::StartsOfMap);
         }
         let coordinates = &map.local().section.coordinates;
-        let start = |named| named_offsets("start", COORDINATES, named, coordinates);
+        let start =
+            |named| named_offsets("start", COORDINATES, &origin.offsets(named), coordinates);
         let named_longest = named.iter().map(|itinerary| itinerary.period()).max();
         Ok(BranchRequest {
             longest: longest.max(named_longest.unwrap_or(1)),
             itineraries: named,
             along,
-            at: parameters.at_beside(&self.at, &[along])?,
-            range: parameters.range(along, self.from, self.to)?,
+            at: parameters.at_beside(&at, &[along])?,
+            range: parameters.range(along, from, to)?,
             direct: self.method == OrbitsOf::Direct,
             starts: self.starts.iter().map(start).collect::<Result<_, _>>()?,
         })
+    }
+
+    /// Origin of the offsets, the ends of the range, and the offsets of further parameters.
+    fn offsets<'m>(&self, map: &'m Map) -> Stretch<'m> {
+        stretch(map, self.values, &self.along, [self.from, self.to], &self.at)
     }
 
     /// Computes a share of the pieces of [`answer`](Self::answer).
@@ -109,7 +155,7 @@ impl BranchKeys {
         Ok(Answer {
             remarks: map
                 .remarks()
-                .chain(stretch_remarks(map, (&self.along, self.from, self.to), &self.at))
+                .chain(stretch_remarks(map, &self.along, &self.offsets(map)))
                 .chain(listing.remarks())
                 .collect(),
             ended: listing.branches.is_empty().then_some(Ended::NoBranch { itineraries }),
@@ -119,14 +165,26 @@ impl BranchKeys {
     }
 }
 
+/// Interval of one parameter, the others held: origin of the offsets, both ends, and the offsets of
+/// further parameters.
+type Stretch<'m> = (Origin<'m>, [Option<f64>; 2], Named<f64>);
+
+fn stretch<'m>(
+    map: &'m Map,
+    values: Counting,
+    along: &str,
+    ends: [Option<Position>; 2],
+    at: &Named<Position>,
+) -> Stretch<'m> {
+    let origin = Origin::new(map.settled().graze(), values);
+    let (ends, at) = (origin.range(along, ends), origin.offsets(at));
+    (origin, ends, at)
+}
+
 /// Remarks on a range of a parameter and on further offsets that look like parameter values.
-fn stretch_remarks(
-    map: &Map,
-    (name, from, to): (&str, Option<f64>, Option<f64>),
-    at: &Named<f64>,
-) -> Vec<String> {
+fn stretch_remarks(map: &Map, name: &str, (_, ends, at): &Stretch<'_>) -> Vec<String> {
     let graze = map.settled().graze();
-    let ends: Vec<f64> = from.into_iter().chain(to).collect();
+    let ends: Vec<f64> = ends.iter().copied().flatten().collect();
     let range = graze.offset_remark("from, to", name, &ends);
     range.into_iter().chain(graze.offset_remarks("at", at)).collect()
 }
@@ -152,7 +210,7 @@ pub(in crate::pipeline) fn diagram_branches(map: &Map, diagrams: &[Diagram]) -> 
         }
     }
     let branches = ranges.into_iter().filter_map(|(name, [from, to])| {
-        let (along, from, to) = (name.to_owned(), Some(from), Some(to));
+        let (along, from, to) = (name.to_owned(), Some(from.into()), Some(to.into()));
         let request = BranchKeys { along, from, to, ..BranchKeys::default() }.request(map).ok()?;
         let found = map.branches(&request, &NoProgress).ok()?;
         let observable = BranchObservable::ImpactSpeed;
@@ -167,25 +225,50 @@ const DEFAULT_PASSAGES: usize = 2;
 
 /// Keys of `loci`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct LociKeys {
-    /// Two active parameters.
+    /// The two active parameters of the plane.
     #[serde(alias = "in")]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, alias = "in", value_name = "P,Q", value_delimiter = ',', required = true)
+    )]
     pub plane: Vec<String>,
-    /// First offset of the first parameter. Default: the edge of the window.
-    pub from: Option<f64>,
-    /// Last offset of the first parameter. Default: the edge of the window.
-    pub to: Option<f64>,
-    /// Offsets of further active parameters, 0 if not named.
-    pub at: Named<f64>,
-    /// Kinds of loci. Default: all but crises.
+    /// First offset of the parameter from the graze. Default: the edge of the window.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "A"))]
+    pub from: Option<Position>,
+    /// Last offset of the parameter from the graze. Default: the edge of the window.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "B"))]
+    pub to: Option<Position>,
+    /// Offsets of further active parameters from the graze (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+    )]
+    pub at: Named<Position>,
+    /// Whether all numbers of parameters and coordinates are values.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    pub values: Counting,
+    /// Kinds of loci to follow. Default: all but crises.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "KIND,...", value_parser = one_of(LOCI), value_delimiter = ',')
+    )]
     pub kind: Vec<LocusKind>,
-    /// Itineraries of the orbits. Default: all of short periods.
+    /// Orbits with these contacts only: 1 for contact, 0 for none, passage by passage and return by
+    /// return (`100`); may be repeated. Default: all itineraries of short periods.
+    #[cfg_attr(feature = "cli", arg(long = "itinerary", value_name = "DIGITS"))]
     pub itineraries: Vec<String>,
     /// Method that computes the orbits.
     #[serde(alias = "using")]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, alias = "using", default_value = "map", value_parser = one_of(ORBITS_OF))
+    )]
     pub method: OrbitsOf,
     /// Whether the scene's first chart in these parameters is drawn below the loci.
+    #[cfg_attr(feature = "cli", arg(skip))]
     pub chart: bool,
 }
 
@@ -202,6 +285,7 @@ impl LociKeys {
             _ => return Err(KeyError::NotAPlane { found: self.plane.len() }),
         };
         let passages = map.local().passages();
+        let (_, [from, to], at) = self.offsets(map);
         let longest = u8::try_from((DEFAULT_PASSAGES / passages.max(1)).max(1)).ok();
         let itineraries = itineraries(&self.itineraries, longest, passages)?.into_iter();
         let kinds = match self.kind.is_empty() {
@@ -210,12 +294,18 @@ impl LociKeys {
         };
         Ok(LociRequest {
             plane,
-            range: parameters.range(plane[0], self.from, self.to)?,
-            at: parameters.at_beside(&self.at, &plane)?,
+            range: parameters.range(plane[0], from, to)?,
+            at: parameters.at_beside(&at, &plane)?,
             kinds,
             itineraries: itineraries.filter(|itinerary| itinerary.contacts() > 0).collect(),
             direct: self.method == OrbitsOf::Direct,
         })
+    }
+
+    /// Origin of the offsets, the ends of the range, and the offsets of further parameters.
+    fn offsets<'m>(&self, map: &'m Map) -> Stretch<'m> {
+        let first = self.plane.first().map_or("", String::as_str);
+        stretch(map, self.values, first, [self.from, self.to], &self.at)
     }
 
     /// Computes the loci and lays them out.
@@ -243,7 +333,7 @@ impl LociKeys {
         Ok(Answer {
             remarks: map
                 .remarks()
-                .chain(stretch_remarks(map, (&self.plane[0], self.from, self.to), &self.at))
+                .chain(stretch_remarks(map, &self.plane[0], &self.offsets(map)))
                 .chain(listing.remarks())
                 .collect(),
             ended: listing.loci.is_empty().then(none),

@@ -9,6 +9,8 @@ use crate::model::Scene;
 use crate::numeric::{Dd, converted};
 use crate::orbit::{JetsAlong, watched_jets_along};
 use crate::pipeline::keys::{KeyError, finite, named_offsets};
+#[cfg(feature = "cli")]
+use crate::pipeline::options::{positive, values};
 use crate::pipeline::{Answer, Error, Settled, parameter_number};
 use crate::report::{DerivativesListing, Document, DocumentKind, Named, to_json};
 
@@ -20,18 +22,45 @@ const MOST_ORDERS: u32 = 8;
 
 /// Keys of `derivatives`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct DerivativesKeys {
-    /// Components of the full state at the start, 0 if not named.
+    /// States and phase at the start (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=VALUE,...", value_parser = values, default_value = "")
+    )]
     pub start: Named<f64>,
-    /// Time after which derivatives are taken; that of `returns` if not given.
+    /// Time after which the derivatives are taken.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long = "time", value_name = "T", value_parser = positive, conflicts_with = "returns")
+    )]
     pub at: Option<f64>,
-    /// Number of forcing periods after which derivatives are taken.
+    /// Forcing periods after which the derivatives are taken, those of the return by the phase.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "K",
+            default_value_t = 1,
+            value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+        )
+    )]
     pub returns: u32,
-    /// Parameters by which derivatives are taken, in this order. Default: the active ones of the
-    /// scene.
+    /// Parameters by which derivatives are taken. Default: the active ones of the scene.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "P,...", value_delimiter = ','))]
     pub parameters: Option<Vec<String>>,
-    /// Highest order, from 1 to 8.
+    /// Highest order of the derivatives, from 1 to 8.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = 1,
+            value_parser = clap::value_parser!(u32).range(1..=8)
+        )
+    )]
     pub order: u32,
 }
 
@@ -94,8 +123,8 @@ impl TrajectoryKeys {
     ///
     /// # Errors
     ///
-    /// As [`answer`](Self::answer), and [`Error::Derivatives`] where a derivative does not exist.
-    pub fn derivatives(
+    /// As [`request`](Self::request), and [`Error::Derivatives`] where a derivative does not exist.
+    pub(super) fn derivatives_answer(
         &self,
         settled: &Settled,
         order: u32,

@@ -11,6 +11,9 @@ use crate::convergence::ConvergenceStudy;
 use crate::model::Shape;
 use crate::pipeline::answer::edge_remark;
 use crate::pipeline::keys::{ACTIVE, COORDINATES, KeyError, named_offsets};
+#[cfg(feature = "cli")]
+use crate::pipeline::options::positions;
+use crate::pipeline::positions::{Counting, Origin, Position};
 use crate::pipeline::{Answer, Ended, Error, Settled, Source, StudyRequest, refuse_memory};
 use crate::report::{
     Document, DocumentKind, Named, SectionDocument, TimeSeriesListing, convergence_figures,
@@ -20,27 +23,90 @@ use crate::report::{
 
 /// Keys of `trajectory`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct TrajectoryKeys {
-    /// Offsets of active parameters, 0 if not named.
-    pub at: Named<f64>,
-    /// Offsets of section coordinates at the start, 0 if not named.
-    pub start: Named<f64>,
-    /// Itinerary of the periodic orbit to start on, instead of `start`.
+    /// Offsets of active parameters from the graze (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+    )]
+    pub at: Named<Position>,
+    /// Whether all numbers of parameters and coordinates are values.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    pub values: Counting,
+    /// Start at these offsets of section coordinates (0 if not named). Default: on the grazing
+    /// orbit.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+    )]
+    pub start: Named<Position>,
+    /// Start on the periodic orbit with this itinerary: 1 for contact, 0 for none, passage by
+    /// passage and return by return.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "DIGITS", conflicts_with = "start"))]
     pub itinerary: Option<String>,
     /// Returns to the section that are simulated first and not written, so that the orbit settles.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "K",
+            default_value_t = 0,
+            value_parser = clap::value_parser!(u32).range(0..=10_000_000)
+        )
+    )]
     pub settle: u32,
-    /// Number of periods of that orbit; of returns to the section if there is no orbit.
+    /// Number of periods of the orbit to simulate, or of returns to the section if the start is not
+    /// a periodic orbit.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "K",
+            default_value_t = 1,
+            value_parser = clap::value_parser!(u32).range(1..=10_000_000)
+        )
+    )]
     pub periods: u32,
-    /// Number of rows per return, evenly spaced in time; events add rows.
+    /// Write the derivatives of the state at the end, by the state at the start and the active
+    /// parameters, to this order (1 to 8) in the place of rows.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            conflicts_with = "settle",
+            value_parser = clap::value_parser!(u32).range(1..=8)
+        )
+    )]
+    pub derivatives: Option<u32>,
+    /// Number of rows per return to the section, evenly spaced in time; events add rows.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = TrajectoryKeys::SAMPLES,
+            value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+        )
+    )]
     pub samples: u32,
 }
 
 impl Default for TrajectoryKeys {
     /// The grazing orbit over one return, in 400 rows.
     fn default() -> Self {
-        let (at, start) = (Named::default(), Named::default());
-        Self { at, start, itinerary: None, settle: 0, periods: 1, samples: Self::SAMPLES }
+        Self {
+            at: Named::default(),
+            values: Counting::default(),
+            start: Named::default(),
+            itinerary: None,
+            settle: 0,
+            periods: 1,
+            derivatives: None,
+            samples: Self::SAMPLES,
+        }
     }
 }
 
@@ -65,6 +131,8 @@ impl TrajectoryKeys {
         if self.itinerary.is_some() && !self.start.is_empty() {
             return Err(KeyError::BothGiven { keys: ["start", "itinerary"] }.into());
         }
+        let origin = Origin::new(settled.graze(), self.values);
+        let (at, start) = (origin.offsets(&self.at), origin.offsets(&self.start));
         let scene = settled.scene();
         let active = scene.expansion.active.iter();
         let active: Vec<&str> =
@@ -72,13 +140,13 @@ impl TrajectoryKeys {
         let coordinates = settled.orbit().section_coordinates(scene);
         let coordinates: Vec<&str> = coordinates.into_iter().map(|(name, _)| name).collect();
         let mut request = TimeSeriesRequest {
-            start: named_offsets("start", COORDINATES, &self.start, &coordinates)?,
-            parameters: named_offsets("at", ACTIVE, &self.at, &active)?,
+            start: named_offsets("start", COORDINATES, &start, &coordinates)?,
+            parameters: named_offsets("at", ACTIVE, &at, &active)?,
             settle: self.settle as usize,
             returns: self.periods as usize,
             samples: self.samples as usize,
         };
-        let mut remarks = settled.graze().offset_remarks("at", &self.at);
+        let mut remarks = settled.graze().offset_remarks("at", &at);
         if let Some(digits) = &self.itinerary {
             let at = &request.parameters;
             let (start, returns) = periodic_start(digits, settled, at, progress, &mut remarks)?;
@@ -88,12 +156,17 @@ impl TrajectoryKeys {
         Ok((request, remarks))
     }
 
-    /// Simulates the time series and lays it out.
+    /// Simulates the time series, or computes the derivatives at its end if they are asked for, and
+    /// lays it out.
     ///
     /// # Errors
     ///
-    /// As [`request`](Self::request); [`Error::Analysis`] if the simulator refuses the offsets.
+    /// As [`request`](Self::request); [`Error::Analysis`] if the simulator refuses the offsets;
+    /// [`Error::Derivatives`] where a derivative does not exist.
     pub fn answer(&self, settled: &Settled, progress: &dyn Progress) -> Result<Answer, Error> {
+        if let Some(order) = self.derivatives {
+            return self.derivatives_answer(settled, order, progress);
+        }
         let (request, remarks) = self.request(settled, progress)?;
         refuse_memory(series_bytes(settled.scene(), &request))?;
         let series = time_series(settled.scene(), settled.orbit(), &request, progress)?;
@@ -151,9 +224,19 @@ fn periodic_start(
 
 /// Keys of `converge`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct ConvergenceKeys {
     /// Number of new points at which the chosen map is compared with direct simulation.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = Self::default().fresh,
+            value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+        )
+    )]
     pub fresh: u32,
 }
 

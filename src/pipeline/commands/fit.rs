@@ -7,6 +7,9 @@ use crate::analysis::fit::{FitRequest, MeasuredSeries};
 use crate::analysis::noise::{NoiseLaw, NoiseRequest};
 use crate::model::Method;
 use crate::pipeline::keys::{ActiveParameters, COORDINATES, KeyError, named_offsets, place_of};
+#[cfg(feature = "cli")]
+use crate::pipeline::options::{LAWS, METHODS, one_of, positions, ranges, sizes};
+use crate::pipeline::positions::{Counting, Ends, Origin, Position};
 use crate::pipeline::{Answer, Error, Map};
 use crate::report::{
     Document, DocumentKind, Named, fit_remarks, fit_table, fit_text, noise_figures, noise_remarks,
@@ -15,20 +18,45 @@ use crate::report::{
 
 /// Keys of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct FitKeys {
     /// Active parameters to fit.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "P,...", value_delimiter = ',', required = true)
+    )]
     pub parameters: Vec<String>,
-    /// Offsets of active parameters, 0 if not named; starting values for those that are fitted.
-    pub at: Named<f64>,
-    /// Standard deviation of the measurement for every coordinate. Default: that of the residuals.
+    /// Offsets of active parameters from the graze (0 if not named); the fit starts there.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "P=OFFSET,...", value_parser = positions, default_value = "")
+    )]
+    pub at: Named<Position>,
+    /// Whether all numbers of parameters and coordinates are values.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    pub values: Counting,
+    /// Standard deviation of the measurement of every coordinate. Default: that of the residuals.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=SIZE,...", value_parser = sizes, default_value = "")
+    )]
     pub noise: Named<f64>,
-    /// Number of returns in a piece of a series; each piece has a start of its own. 0: one piece.
-    pub piece: usize,
+    /// Number of returns in a piece, which has a start of its own; 0: a series is one piece.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "N", default_value_t = FitRequest::PIECE as u32)
+    )]
+    pub piece: u32,
     /// Number of points at the end of every series that are predicted instead of fitted.
-    pub withheld: usize,
-    /// Method that computes images.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = 0))]
+    pub withheld: u32,
+    /// Method that computes returns.
     #[serde(alias = "using")]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, default_value = "guarded", value_parser = one_of(METHODS))
+    )]
     pub method: Method,
 }
 
@@ -38,8 +66,9 @@ impl Default for FitKeys {
         Self {
             parameters: Vec::new(),
             at: Named::default(),
+            values: Counting::default(),
             noise: Named::default(),
-            piece: FitRequest::PIECE,
+            piece: FitRequest::PIECE as u32,
             withheld: 0,
             method: Method::Guarded,
         }
@@ -64,13 +93,18 @@ impl FitKeys {
         };
         Ok(FitRequest {
             parameters: places,
-            at: parameters.at(&self.at)?,
+            at: parameters.at(&self.offsets(map))?,
             series,
             noise,
-            piece: self.piece,
-            withheld: self.withheld,
+            piece: self.piece as usize,
+            withheld: self.withheld as usize,
             method: self.method,
         })
+    }
+
+    /// Offsets of active parameters.
+    fn offsets(&self, map: &Map) -> Named<f64> {
+        Origin::new(map.settled().graze(), self.values).offsets(&self.at)
     }
 
     /// Standard deviation of every coordinate.
@@ -98,7 +132,7 @@ impl FitKeys {
         let fit = map.fit(&self.request(map, series)?, progress)?;
         let document = to_json(&Document::new(DocumentKind::Fit, map.scene(), &fit))?;
         let remarks = fit_remarks(&fit, self.method == Method::Map);
-        let offsets = map.settled().graze().offset_remarks("at", &self.at);
+        let offsets = map.settled().graze().offset_remarks("at", &self.offsets(map));
         Ok(Answer {
             remarks: map.remarks().chain(offsets).chain(remarks).collect(),
             ..Answer::new("fit", fit_text(map.local(), &fit)?, document, fit_table(&fit)?)
@@ -108,30 +142,68 @@ impl FitKeys {
 
 /// Keys of orbits under noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct NoiseKeys {
-    /// Standard deviations of active parameters, drawn at random at every return.
+    /// Standard deviations of active parameters.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long = "deviation", value_name = "P=SIZE,...", value_parser = sizes)
+    )]
     pub deviations: Named<f64>,
-    /// Means of active parameters as offsets, 0 if not named.
-    pub at: Named<f64>,
+    /// Means of active parameters, as offsets from the graze (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "P=OFFSET,...", value_parser = positions, default_value = "")
+    )]
+    pub at: Named<Position>,
+    /// Whether all numbers of parameters and coordinates are values.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    pub values: Counting,
     /// Distribution of the parameters.
+    #[cfg_attr(feature = "cli", arg(long, default_value = "normal", value_parser = one_of(LAWS)))]
     pub law: NoiseLaw,
-    /// Offsets of section coordinates at the start, 0 if not named.
-    pub start: Named<f64>,
+    /// Offsets of section coordinates at which the orbits start (0 if not named).
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+    )]
+    pub start: Named<Position>,
     /// Number of orbits.
-    pub orbits: usize,
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = 1000))]
+    pub orbits: u32,
     /// Number of returns before counting begins.
-    pub transient: usize,
-    /// Number of returns that are counted.
-    pub keep: usize,
-    /// First and last offset of a coordinate. Default: the window.
-    pub range: Named<[f64; 2]>,
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = 100))]
+    pub transient: u32,
+    /// Number of returns counted.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = 1000))]
+    pub keep: u32,
+    /// First and last offset of a coordinate. Default: the window's.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "NAME=FROM:TO,...", value_parser = ranges, default_value = "")
+    )]
+    pub range: Named<Ends>,
     /// Number of cells along every coordinate.
-    pub cells: usize,
-    /// Seed of the random number generators.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = 100,
+            value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+        )
+    )]
+    pub cells: u32,
+    /// Seed of the random numbers; equal seeds give equal results.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = 0))]
     pub seed: u64,
-    /// Method that computes the returns.
+    /// Method that computes returns.
     #[serde(alias = "using")]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, default_value = "guarded", value_parser = one_of(METHODS))
+    )]
     pub method: Method,
 }
 
@@ -141,6 +213,7 @@ impl Default for NoiseKeys {
         Self {
             deviations: Named::default(),
             at: Named::default(),
+            values: Counting::default(),
             law: NoiseLaw::Normal,
             start: Named::default(),
             orbits: 1000,
@@ -165,27 +238,29 @@ impl NoiseKeys {
         let coordinates = &map.local().section.coordinates;
         let widths = map.local().window.state.iter();
         let mut ranges: Vec<[f64; 2]> = widths.map(|&width| [-width, width]).collect();
-        for (name, range) in &self.range.0 {
+        let origin = Origin::new(map.settled().graze(), self.values);
+        for (name, range) in &origin.ranges(&self.range).0 {
             ranges[place_of("range", COORDINATES, name, coordinates)?] = *range;
         }
         if let Some(range) = ranges.iter().find(|[from, to]| !(to - from).is_normal()) {
             return Err(KeyError::NotFinite { key: "range", value: range[1] - range[0] });
         }
-        let count = |key, value: usize| match value {
+        let count = |key, value: u32| match value {
             0 => Err(KeyError::NotPositive { key, value: 0.0 }),
-            value => Ok(value),
+            value => Ok(value as usize),
         };
+        let start = origin.offsets(&self.start);
         let deviations = parameters.offsets("deviations", &self.deviations)?;
         if let Some(&value) = deviations.iter().find(|deviation| **deviation < 0.0) {
             return Err(KeyError::Negative { key: "deviations", value });
         }
         Ok(NoiseRequest {
-            at: parameters.at(&self.at)?,
+            at: parameters.at(&origin.offsets(&self.at))?,
             deviations,
             law: self.law,
-            start: named_offsets("start", COORDINATES, &self.start, coordinates)?,
+            start: named_offsets("start", COORDINATES, &start, coordinates)?,
             orbits: count("orbits", self.orbits)?,
-            transient: self.transient,
+            transient: self.transient as usize,
             keep: count("keep", self.keep)?,
             ranges,
             cells: count("cells", self.cells)?,

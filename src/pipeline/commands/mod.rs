@@ -1,6 +1,7 @@
 //! Commands of the program as calls of the library: keys with defaults, and an answer.
 //!
-//! Keys are the program's options and Python's arguments alike. Diagrams, charts and basins are
+//! Keys are declared once: their fields are the program's options (feature `cli`, which reads the
+//! attributes of `clap`), and the keys of the JSON that Python passes. Diagrams and charts are
 //! tables of the scene (`[[diagram]]` ...), added by [`Map::asking`](super::Map::asking).
 
 mod atlas;
@@ -27,7 +28,7 @@ pub use derivatives::DerivativesKeys;
 pub use direct::{AskedTrajectory, ConvergenceKeys, TrajectoryKeys};
 pub(super) use direct::{study_answer, trajectory_answer};
 pub use fit::{FitKeys, NoiseKeys};
-pub use orbits::OrbitsKeys;
+pub use orbits::{FoldsAndFlips, OrbitsKeys};
 pub use safe::SafeKeys;
 
 /// Command with its keys.

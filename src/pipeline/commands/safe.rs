@@ -11,6 +11,8 @@ use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, S
 use crate::numeric::Dd;
 use crate::orbit::{Location, MarginOutcome, locate, margin, watched_margin};
 use crate::pipeline::keys::{KeyError, finite};
+#[cfg(feature = "cli")]
+use crate::pipeline::options::shares;
 use crate::pipeline::{Answer, Error, Map, Source, parameter_number};
 use crate::report::{
     AttractorEnd, Document, DocumentKind, Named, OtherAttractor, SafeInterval, SafetyListing,
@@ -41,12 +43,26 @@ const LONGEST: usize = 16;
 
 /// Keys of `safe`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct SafeKeys {
-    /// Tolerances of parameters, relative to their values.
+    /// Tolerances of parameters, relative to their values; a box that is looked at as a whole.
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "P=5%,...", value_parser = shares, default_value = "")
+    )]
     pub tolerance: Named<f64>,
-    /// Number of starts along each axis of the section's plane from which direct simulation looks
-    /// for other attractors; 0: none are looked for.
+    /// Number of starts along each axis from which direct simulation looks for other attractors; 0:
+    /// none.
+    #[cfg_attr(
+        feature = "cli",
+        arg(
+            long,
+            value_name = "N",
+            default_value_t = STARTS,
+            value_parser = clap::value_parser!(u32).range(0..=31)
+        )
+    )]
     pub points: u32,
 }
 
