@@ -2,17 +2,11 @@
 
 use std::path::PathBuf;
 
-use grazemap::Error;
-use grazemap::analysis::basin::Basin;
-use grazemap::analysis::{Joining, Precision, Progress, Using};
+use grazemap::analysis::{Joining, Precision, Using};
 use grazemap::emission::{EmittedCrate, Target};
 use grazemap::expansion::MapWindow;
 use grazemap::iteration::Batch;
-use grazemap::pipeline::{self, Device, EmitRequest, write_emitted};
-use grazemap::report::{
-    Rows, basin_figure, basin_rows, basin_warnings, chart_figure, chart_rows, chart_warnings,
-    diagram_figures, diagram_rows, diagram_warnings, to_json,
-};
+use grazemap::pipeline::{self, Answer, Device, EmitRequest, write_emitted};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -87,7 +81,7 @@ impl Map {
     fn polynomials(&self, py: Python<'_>) -> PyResult<Computed> {
         let table = self.0.listing().and_then(|listing| Ok(listing.coefficient_table()?));
         let table = table.map_err(|error| exception(py, &error))?;
-        Ok(Computed::new(self.to_json(py)?, table.into_rows(), Vec::new()))
+        Ok(Computed::of(Answer::new("map", String::new(), self.to_json(py)?, table)))
     }
 
     /// Writes the map as source code into a folder and returns the paths of its files there; `None`
@@ -183,11 +177,7 @@ impl Map {
         let request = self.0.image_request((states, parameters), iterations, method);
         let request = request.map_err(|error| exception(py, &error))?;
         let map = self.0.clone();
-        compute(py, None, move |_| {
-            let images = map.image_answer(request)?;
-            let computed = Computed::new(images.document()?, images.rows(), Vec::new());
-            Ok(computed.with_remarks(images.remarks().collect(), images.ended()))
-        })
+        compute(py, None, move |_| Ok(Computed::of(map.image_answer(request)?)))
     }
 }
 
@@ -235,11 +225,18 @@ pub(crate) fn draw(
         let progress = &Joining::new(progress, pieces);
         let map = map.asking(&tables)?.on(&Device::open(&device)?)?;
         let scene = map.scene();
-        match (scene.diagrams.is_empty(), scene.charts.is_empty()) {
-            (false, _) => diagrams(&map, progress),
-            (true, false) => charts(&map, progress),
-            (true, true) => basins(&map, progress),
-        }
+        Ok(match (scene.diagrams.is_empty(), scene.charts.is_empty()) {
+            (false, _) => Computed::of(map.drawn_diagrams(progress)?)
+                .with_remarks(map.diagram_offset_remarks()),
+            (true, false) => {
+                Computed::of(map.drawn_charts(progress)?).with_remarks(map.chart_offset_remarks())
+            }
+            (true, true) => {
+                let requests = map.basin_requests()?;
+                Computed::of(map.drawn_basins(&requests, progress)?)
+                    .with_remarks(map.basin_offset_remarks(&requests))
+            }
+        })
     })
 }
 
@@ -263,38 +260,4 @@ pub(crate) fn draw_share<'py>(
             (true, true) => map.share_basins(&map.basin_requests()?, shard),
         }
     })
-}
-
-fn diagrams(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
-    let mut diagrams = map.diagrams(progress)?;
-    diagrams.iter_mut().for_each(grazemap::Diagram::take_timing);
-    let figures = diagrams.iter().flat_map(diagram_figures);
-    let figures = figures.map(|(name, figure)| (format!("diagram{name}"), figure)).collect();
-    let document = to_json(&map.diagram_documents(&diagrams))?;
-    let remarks = map.remarks().chain(map.diagram_offset_remarks());
-    let remarks = remarks.chain(diagram_warnings(&diagrams)).collect();
-    Ok(Computed::new(document, diagram_rows(&diagrams), figures).with_remarks(remarks, None))
-}
-
-fn charts(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
-    let charts = map.charts(progress)?;
-    let charts: Vec<_> = charts.iter().map(grazemap::Chart::without_timing).collect();
-    let figures = charts.iter().map(|chart| ("chart".to_owned(), chart_figure(chart))).collect();
-    let document = to_json(&map.chart_documents(&charts))?;
-    let remarks = map.remarks().chain(map.chart_offset_remarks());
-    let remarks = remarks.chain(chart_warnings(&charts)).collect();
-    Ok(Computed::new(document, chart_rows(&charts), figures).with_remarks(remarks, None))
-}
-
-fn basins(map: &grazemap::Map, progress: &dyn Progress) -> Result<Computed, Error> {
-    let requests = map.basin_requests()?;
-    let mut basins = map.basins(&requests, progress)?;
-    basins.iter_mut().for_each(Basin::take_timing);
-    let figures = basins.iter().map(|basin| ("basin".to_owned(), basin_figure(basin))).collect();
-    let rows = basins.first().map(basin_rows);
-    let rows = rows.unwrap_or_else(|| Rows::new(Vec::new(), std::iter::empty()));
-    let documents: Vec<_> = basins.iter().map(|basin| map.basin_document(basin)).collect();
-    let remarks = map.remarks().chain(map.basin_offset_remarks(&requests));
-    let remarks = remarks.chain(basin_warnings(&basins)).collect();
-    Ok(Computed::new(to_json(&documents)?, rows, figures).with_remarks(remarks, None))
 }

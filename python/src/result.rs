@@ -1,12 +1,16 @@
 //! Results: a JSON document, a table by columns, figures.
 
 use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
-use grazemap::pipeline::{Answer, Ended};
-use grazemap::report::{Alignment, Cell, Column, Figure, Rows};
+use grazemap::Error;
+use grazemap::pipeline::{Extent, Results};
+use grazemap::report::{Alignment, Cell, Column, Rows};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+use crate::error::exception;
 
 /// Column of a table: numbers, or indices into a list of words.
 enum Values {
@@ -16,16 +20,11 @@ enum Values {
     Words(Words),
 }
 
-/// Results of a command, with the values that the program writes.
+/// Results of a command, with the values that the program writes, each laid out when it is asked
+/// for.
 #[pyclass(frozen, module = "grazemap._lib")]
 pub(crate) struct Computed {
-    /// JSON document.
-    #[pyo3(get)]
-    document: String,
-    columns: Vec<(String, Values)>,
-    /// Figures as SVG: file names without extension, and texts.
-    #[pyo3(get)]
-    figures: Vec<(String, String)>,
+    results: Mutex<Box<dyn Results>>,
     /// Warnings about accuracy or completeness.
     #[pyo3(get)]
     remarks: Vec<String>,
@@ -35,34 +34,62 @@ pub(crate) struct Computed {
 }
 
 impl Computed {
-    /// Lays out rows by column.
-    pub(crate) fn new(document: String, rows: Rows<'_>, figures: Vec<(String, Figure)>) -> Self {
-        let drawn = figures.into_iter();
-        let drawn = drawn.filter_map(|(name, figure)| Some((name, figure.to_svg().ok()?)));
-        let (columns, figures) = (columns(rows), drawn.collect());
-        Self { document, columns, figures, remarks: Vec::new(), ended: None }
+    /// Holds results.
+    pub(crate) fn of(results: impl Results + 'static) -> Self {
+        let (remarks, ended) = (results.remarks(), results.ended());
+        let ended = ended.map(|ended| ended.to_string());
+        Self { results: Mutex::new(Box::new(results)), remarks, ended }
     }
 
-    /// Adds remarks and the reason for an early end.
-    pub(crate) fn with_remarks(self, remarks: Vec<String>, ended: Option<Ended>) -> Self {
-        Self { remarks, ended: ended.map(|ended| ended.to_string()), ..self }
+    /// Adds remarks.
+    pub(crate) fn with_remarks(mut self, remarks: Vec<String>) -> Self {
+        self.remarks.extend(remarks);
+        self
     }
 
-    /// Results of a command's answer.
-    pub(crate) fn of(answer: Answer) -> Self {
-        let table = answer.tables.into_iter().next_back();
-        let rows =
-            table.map_or(Rows::new(Vec::new(), std::iter::empty()), |(_, table)| table.into_rows());
-        Self::new(answer.document, rows, answer.figures).with_remarks(answer.remarks, answer.ended)
+    /// Runs `work` on the results, other threads of Python beside it.
+    fn laid_out<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut dyn Results) -> T + Send,
+    ) -> T {
+        py.detach(|| {
+            // What a panic leaves of a document is not read again.
+            let mut results = self.results.lock().unwrap_or_else(PoisonError::into_inner);
+            work(&mut **results)
+        })
+    }
+
+    fn written(&self, py: Python<'_>, extent: Extent) -> PyResult<String> {
+        let written = self.laid_out(py, |results| results.document(extent));
+        written.map_err(|error| exception(py, &Error::from(error)))
     }
 }
 
 #[pymethods]
 impl Computed {
+    /// JSON document, without measured times.
+    fn document(&self, py: Python<'_>) -> PyResult<String> {
+        self.written(py, Extent::Timeless)
+    }
+
+    /// JSON document without what stands in the columns, where that is long.
+    fn head(&self, py: Python<'_>) -> PyResult<String> {
+        self.written(py, Extent::Head)
+    }
+
+    /// Figures as SVG: file names without extension, and texts.
+    fn figures(&self, py: Python<'_>) -> Vec<(String, String)> {
+        self.laid_out(py, |results| {
+            let figures = results.figures().into_iter();
+            figures.filter_map(|(name, figure)| Some((name, figure.to_svg().ok()?))).collect()
+        })
+    }
+
     /// Columns by name: an array of numbers, or an array of indices with their words.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
-        for (name, values) in &self.columns {
+        for (name, values) in &self.laid_out(py, |results| columns(results.rows())) {
             match values {
                 Values::Numbers(values) => {
                     all.set_item(name, PyArray1::from_slice(py, values))?;

@@ -1,6 +1,7 @@
 //! Output of commands: results in files that are written atomically, or on standard output; errors,
 //! notes and progress on standard error; errors of commands with their exit codes.
 
+use std::cell::RefCell;
 use std::fmt;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -15,10 +16,10 @@ use grazemap::Error;
 use grazemap::analysis::Progress;
 use grazemap::model::SceneHeadline;
 use grazemap::numeric::INSTRUCTION_LIMIT;
-use grazemap::pipeline::{Answer, refuse_memory};
+use grazemap::pipeline::{Extent, Results, refuse_memory};
 use grazemap::report::{
-    Journal, OutputFolder, PictureForm, ReportError, ShardError, Table, check_creatable,
-    check_writable, replaced_path, write_streamed,
+    Journal, OutputFolder, PictureForm, ReportError, ShardError, check_creatable, check_writable,
+    replaced_path, write_streamed,
 };
 
 /// Destinations of a command's results.
@@ -266,70 +267,24 @@ impl Outlets {
     }
 }
 
-/// Results of one command, in every form that a user can ask for.
-#[derive(Debug, Default)]
-pub(in crate::cli) struct Results {
-    /// Text for people, for standard output.
-    pub(in crate::cli) text: String,
-    /// JSON document.
-    pub(in crate::cli) json: String,
-    /// CSV table, if the command has one.
-    pub(in crate::cli) csv: Option<String>,
-    /// Files for `-o DIR`, by name.
-    pub(in crate::cli) files: Vec<(String, Vec<u8>)>,
-}
-
-impl Results {
-    /// Results whose files in a folder are `{stem}.json` and, if there is a table, `{stem}.csv`.
-    pub(in crate::cli) fn named(
-        stem: &str,
-        text: String,
-        json: String,
-        csv: Option<String>,
-    ) -> Self {
-        let mut files = vec![(format!("{stem}.json"), json.clone().into_bytes())];
-        files.extend(csv.iter().map(|csv| (format!("{stem}.csv"), csv.clone().into_bytes())));
-        Self { text, json, csv, files }
-    }
-
-    /// Writes the files that the options ask for. Prints the text unless standard output carries
-    /// data or `-q` is given.
-    pub(in crate::cli) fn deliver(
-        &self,
-        command: &'static str,
-        outlets: &Outlets,
-    ) -> Result<(), CliError> {
-        if let Some(folder) = outlets.results()? {
-            folder.write_all(self.files.iter().map(|(name, bytes)| (name, bytes)))?;
-        }
-        if let Some(destination) = &outlets.json {
-            destination.write(&self.json)?;
-        }
-        if let Some(destination) = &outlets.csv {
-            let csv = self.csv.as_ref().ok_or(CliError::NoTable { command })?;
-            destination.write(csv)?;
-        }
-        outlets.show(&self.text)
-    }
-}
-
-/// Delivers an answer as the options ask, then its remarks on standard error. Returns an error if
-/// the computation ended without the result that was asked for.
+/// Writes the files that the options ask for, prints the text unless standard output carries data
+/// or `-q` is given, then the remarks on standard error. Returns an error if the computation ended
+/// without the result that was asked for.
 pub(in crate::cli) fn deliver(
-    mut answer: Answer,
-    command: &'static str,
+    results: &mut dyn Results,
     outlets: &Outlets,
 ) -> Result<(), CliError> {
-    let files = match outlets.output.is_some() {
-        true => answer.files(&outlets.pictures.form()).map_err(Error::from)?,
-        false => Vec::new(),
-    };
-    let csv = answer.table().filter(|_| outlets.csv.is_some());
-    let csv = csv.map(Table::to_csv).transpose()?;
-    let (text, json) = (answer.text, answer.document);
-    Results { text, json, csv, files }.deliver(command, outlets)?;
-    note_all(&answer.remarks, outlets.quiet);
-    answer.ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
+    let (remarks, ended) = (results.remarks(), results.ended());
+    if let Some(folder) = outlets.results()? {
+        note_all(&results.write_files(&folder)?, outlets.quiet);
+    }
+    outlets.write_csv(&|out| results.rows().write_csv(out))?;
+    let text = if outlets.shows() { results.text()? } else { String::new() };
+    let results = RefCell::new(results);
+    outlets.write_json(&|out| results.borrow_mut().write_document(Extent::Whole, out))?;
+    outlets.show(&text)?;
+    note_all(&remarks, outlets.quiet);
+    ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
 }
 
 /// Prints remarks to standard error, unless `quiet`.

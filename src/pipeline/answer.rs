@@ -1,15 +1,77 @@
 //! Results of a command: text for people, document, tables, figures and warnings. Also the warnings
 //! about the windows of maps and about the device that iterates.
 
-use super::{Ended, Map};
+use std::io::Write;
+use std::iter;
+
+use super::{Ended, Error, Map};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
 use crate::iteration::DeviceReport;
 use crate::report::{
-    Figure, Page, PictureForm, ReportError, Table, edge_words, pictures, window_remark,
+    Figure, OutputFolder, Page, PictureForm, ReportError, Rows, Table, edge_words, pictures,
+    window_remark,
 };
 
-/// Results of a command, laid out.
+/// Part of a document.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// All of it.
+    Whole,
+    /// All but measured times: equal for equal requests on every machine.
+    Timeless,
+    /// As [`Timeless`](Self::Timeless), without what stands in the rows, where that is long.
+    Head,
+}
+
+/// Results of a command, each of which is laid out when it is asked for.
+pub trait Results: Send {
+    /// Text for people.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Report`] if it cannot be laid out.
+    fn text(&self) -> Result<String, Error>;
+
+    /// Writes the JSON document.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError`] if it cannot be serialised or written.
+    fn write_document(&mut self, extent: Extent, out: &mut dyn Write) -> Result<(), ReportError>;
+
+    /// Table of the command; without columns for a command without one.
+    fn rows(&self) -> Rows<'_>;
+
+    /// Figures by file name, without extension.
+    fn figures(&self) -> Vec<(String, Figure)>;
+
+    /// Writes all files into a folder, without measured times. Returns remarks on the figures.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Report`] if a file cannot be written.
+    fn write_files(&mut self, folder: &OutputFolder) -> Result<Vec<String>, Error>;
+
+    /// Warnings about accuracy or completeness.
+    fn remarks(&self) -> Vec<String>;
+
+    /// Reason why the computation ended without the result that was asked for.
+    fn ended(&self) -> Option<Ended>;
+
+    /// JSON document as text.
+    ///
+    /// # Errors
+    ///
+    /// As [`write_document`](Self::write_document).
+    fn document(&mut self, extent: Extent) -> Result<String, ReportError> {
+        let mut bytes = Vec::new();
+        self.write_document(extent, &mut bytes)?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+}
+
+/// Results of a command that are small, and laid out at once.
 #[derive(Clone, Debug)]
 pub struct Answer {
     /// File name of the document, without extension.
@@ -34,13 +96,18 @@ pub struct Answer {
 
 impl Answer {
     /// Answer with one table, which has the name of the document.
-    pub(super) fn new(stem: &'static str, text: String, document: String, table: Table) -> Self {
+    pub fn new(stem: &'static str, text: String, document: String, table: Table) -> Self {
+        Self { tables: vec![(stem, table)], ..Self::without_table(stem, text, document) }
+    }
+
+    /// Answer of a command without a table.
+    pub fn without_table(stem: &'static str, text: String, document: String) -> Self {
         Self {
             stem,
             text,
             document,
             timeless: None,
-            tables: vec![(stem, table)],
+            tables: Vec::new(),
             figures: Vec::new(),
             page: None,
             remarks: Vec::new(),
@@ -85,6 +152,43 @@ impl Answer {
         }
         self.remarks.extend(remarks);
         Ok(files)
+    }
+}
+
+impl Results for Answer {
+    fn text(&self) -> Result<String, Error> {
+        Ok(self.text.clone())
+    }
+
+    fn write_document(&mut self, extent: Extent, out: &mut dyn Write) -> Result<(), ReportError> {
+        let document = match (&self.timeless, extent) {
+            (Some(timeless), Extent::Timeless | Extent::Head) => timeless,
+            _ => &self.document,
+        };
+        Ok(out.write_all(document.as_bytes())?)
+    }
+
+    fn rows(&self) -> Rows<'_> {
+        let none = || Rows::new(Vec::new(), iter::empty());
+        self.table().map_or_else(none, Table::as_rows)
+    }
+
+    fn figures(&self) -> Vec<(String, Figure)> {
+        self.figures.clone()
+    }
+
+    fn write_files(&mut self, folder: &OutputFolder) -> Result<Vec<String>, Error> {
+        let remarks = std::mem::take(&mut self.remarks);
+        folder.write_all(self.files(folder.pictures())?)?;
+        Ok(std::mem::replace(&mut self.remarks, remarks))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.remarks.clone()
+    }
+
+    fn ended(&self) -> Option<Ended> {
+        self.ended.clone()
     }
 }
 

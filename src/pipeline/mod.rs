@@ -28,7 +28,7 @@ mod saved;
 mod simulated;
 mod sweeps;
 
-pub use answer::Answer;
+pub use answer::{Answer, Extent, Results};
 pub use branch_graze::{BranchPlace, SearchFromBranch};
 pub use commands::{
     AskedTrajectory, AtlasFile, AtlasKeys, BranchKeys, Command, ContactKeys, ConvergenceKeys,
@@ -46,4 +46,4 @@ pub use points::{Images, Points};
 pub use positions::{Counting, Ends, Origin, Position, finite};
 pub use run::{RunWatch, run};
 pub use saved::{Source, bounded, is_standard};
-pub use sweeps::{BasinKeys, ByMap};
+pub use sweeps::{BasinKeys, Drawable, Drawn};

@@ -3,7 +3,9 @@
 //! States are rows of section coordinates, one after another. Parameters are one row for all
 //! states, or one row for each. Both are offsets from the grazing orbit.
 
-use super::{Ended, Error, Map, refuse_memory};
+use std::io::Write;
+
+use super::{Ended, Error, Extent, Map, Results, refuse_memory};
 use crate::analysis::{
     DirectEnd, ImageRecord, ImageRequest, ImageRow, Precision, Progress, Using, batch_bytes,
     orbit_bytes,
@@ -11,7 +13,10 @@ use crate::analysis::{
 use crate::interruption::{check, check_at};
 use crate::iteration::{Batch, DiscreteMap, parallel};
 use crate::numeric::Dd;
-use crate::report::{ImageListing, Rows, image_outside_words, image_rows, to_json};
+use crate::report::{
+    Figure, ImageListing, OutputFolder, ReportError, Rows, image_outside_words, image_rows,
+    write_json,
+};
 
 /// Images that are computed together, some milliseconds of work.
 const BLOCK: usize = 1 << 13;
@@ -269,37 +274,51 @@ pub struct Images {
 }
 
 impl Images {
-    /// Table with one row for each starting point and iteration.
-    pub fn rows(&self) -> Rows<'_> {
-        image_rows(self.map.local(), &self.request, &self.records)
-    }
-
     /// Images.
     pub fn records(&self) -> &[ImageRecord] {
         &self.records
     }
+}
 
-    /// JSON document.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Report`] if the document cannot be serialised.
-    pub fn document(&self) -> Result<String, Error> {
-        let map = (self.map.local(), self.map.window());
-        let (section, edge) = (self.map.section(), self.map.worst_edge());
-        let list = ImageListing::list(map, &section, &self.request, &self.records, edge);
-        Ok(to_json(&list)?)
+impl Results for Images {
+    /// Rows as CSV.
+    fn text(&self) -> Result<String, Error> {
+        let mut bytes = Vec::new();
+        self.rows().write_csv(&mut bytes)?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    /// Warning about points that cannot be trusted; none if some points have no image.
-    pub fn remarks(&self) -> impl Iterator<Item = String> + use<> {
+    fn write_document(&mut self, _: Extent, out: &mut dyn Write) -> Result<(), ReportError> {
+        let map = (self.map.local(), self.map.window());
+        let (section, edge) = (self.map.section(), self.map.worst_edge());
+        write_json(out, &ImageListing::list(map, &section, &self.request, &self.records, edge))
+    }
+
+    /// Table with one row for each starting point and iteration.
+    fn rows(&self) -> Rows<'_> {
+        image_rows(self.map.local(), &self.request, &self.records)
+    }
+
+    fn figures(&self) -> Vec<(String, Figure)> {
+        Vec::new()
+    }
+
+    fn write_files(&mut self, folder: &OutputFolder) -> Result<Vec<String>, Error> {
+        folder.write_streamed("images.json", |out| self.write_document(Extent::Whole, out))?;
+        folder.write_streamed("images.csv", |out| self.rows().write_csv(out))?;
+        Ok(Vec::new())
+    }
+
+    /// Warnings of the map, and one about points that cannot be trusted; the latter not if some
+    /// points have no image.
+    fn remarks(&self) -> Vec<String> {
         let words = image_outside_words(self.map.local(), &self.request, &self.records);
         let words = words.filter(|_| self.ended().is_none());
-        words.map(|words| format!("warning: {words}")).into_iter()
+        self.map.remarks().chain(words.map(|words| format!("warning: {words}"))).collect()
     }
 
     /// First point without an image, if there is one.
-    pub fn ended(&self) -> Option<Ended> {
+    fn ended(&self) -> Option<Ended> {
         let lost = |record: &&ImageRecord| record.offsets.iter().any(|value| !value.is_finite());
         let missing = self.records.iter().find(lost);
         missing.map(|&ImageRecord { row, iteration, end, .. }| {

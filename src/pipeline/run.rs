@@ -7,10 +7,9 @@ use serde::Serialize;
 
 use super::commands::{diagram_branches, study_answer, trajectory_answer};
 use super::{
-    EmitRequest, Error, Map, Settled, Source, StudyRequest, TrajectoryKeys, refuse_memory,
-    write_emitted,
+    EmitRequest, Error, Map, Results as _, Settled, Source, StudyRequest, TrajectoryKeys,
+    refuse_memory, write_emitted,
 };
-use crate::analysis::basin::Basin;
 use crate::analysis::chart::Chart;
 use crate::analysis::diagram::{Diagram, Sweep, SweepHeading};
 use crate::analysis::{
@@ -160,23 +159,23 @@ pub fn run(
         map.settled().study(&request, &*watch.progress("convergence", 2))
     })?;
     let mut answer = study_answer(&study, &map.section())?;
-    folder.write_all(answer.files(folder.pictures())?)?;
+    remarks(answer.write_files(&folder)?);
     remarks(answer.remarks);
 
     remarks(map.diagram_offset_remarks());
-    let diagrams = clock.time("diagrams", || map.diagrams(&*watch.progress("diagram", 0)))?;
-    remarks(diagram_warnings(&diagrams));
-    let untimed: Vec<Diagram> = diagrams.iter().map(Diagram::without_timing).collect();
-    remarks(map.write_diagrams(&folder, &untimed)?);
-    drop(untimed);
+    let mut diagrams =
+        clock.time("diagrams", || map.drawn_diagrams(&*watch.progress("diagram", 0)))?;
+    remarks(diagram_warnings(&diagrams.results));
+    remarks(diagrams.write_files(&folder)?);
+    let diagrams = diagrams.results;
 
     let mut charts = Vec::new();
     if !scene.charts.is_empty() {
         remarks(map.chart_offset_remarks());
-        charts = clock.time("charts", || map.charts(&*watch.progress("chart", 1)))?;
-        remarks(chart_warnings(&charts));
-        let untimed: Vec<Chart> = charts.iter().map(Chart::without_timing).collect();
-        remarks(map.write_charts(&folder, &untimed)?);
+        let mut drawn = clock.time("charts", || map.drawn_charts(&*watch.progress("chart", 1)))?;
+        remarks(chart_warnings(&drawn.results));
+        remarks(drawn.write_files(&folder)?);
+        charts = drawn.results;
     }
 
     let mut basins = Vec::new();
@@ -184,10 +183,11 @@ pub fn run(
     if !requests.is_empty() {
         memory(requests.iter().map(basin_bytes).fold(0, u64::saturating_add))?;
         remarks(map.basin_offset_remarks(&requests));
-        basins = clock.time("basins", || map.basins(&requests, &*watch.progress("basin", 3)))?;
-        remarks(basin_warnings(&basins));
-        basins.iter_mut().for_each(Basin::take_timing);
-        remarks(map.write_basins(&folder, &basins)?);
+        let progress = watch.progress("basin", 3);
+        let mut drawn = clock.time("basins", || map.drawn_basins(&requests, &*progress))?;
+        remarks(basin_warnings(&drawn.results));
+        remarks(drawn.write_files(&folder)?);
+        basins = drawn.results;
     }
 
     let theory = map.settled().graze().theory()?;
@@ -238,7 +238,7 @@ fn write_trajectory(
     let (request, _) = TrajectoryKeys::default().request(settled, &NoProgress)?;
     let series = time_series(settled.scene(), settled.orbit(), &request, &NoProgress)?;
     let mut answer = trajectory_answer(settled, &request, &series)?;
-    folder.write_all(answer.files(folder.pictures())?)?;
+    answer.write_files(folder)?.iter().for_each(|words| watch.remark(words));
     answer.remarks.iter().for_each(|words| watch.remark(words));
     Ok(series)
 }

@@ -1,4 +1,8 @@
-//! Documents and files of diagrams, charts and basins, and the keys of `basin`.
+//! Results of diagrams, charts and basins: documents, tables, figures, files; and the keys of
+//! `basin`.
+
+use std::io::Write;
+use std::mem;
 
 use serde::{Deserialize, Serialize};
 
@@ -6,23 +10,26 @@ use super::keys::{ActiveParameters, COORDINATES, KeyError, named_offsets, place_
 #[cfg(feature = "cli")]
 use super::options::{CELLS, METHODS, one_of, positions, ranges};
 use super::positions::{Counting, Ends, Origin, Position};
-use super::{Error, Map};
-use crate::analysis::basin::{Basin, BasinRequest};
-use crate::analysis::chart::Chart;
-use crate::analysis::diagram::Diagram;
+use super::{Ended, Error, Extent, Map, Results};
+use crate::analysis::Progress;
+use crate::analysis::basin::{Basin, BasinClass, BasinRequest};
+use crate::analysis::chart::{Chart, ChartCell};
+use crate::analysis::diagram::{Diagram, DiagramPoint, Timing};
 use crate::convergence::MeasuredWindow;
 use crate::expansion::WindowEdge;
 use crate::iteration::parallel;
 use crate::model::Method;
 use crate::report::{
-    DocumentKind, Figure, Named, OutputFolder, SectionDocument, basin_array, basin_figure,
-    basin_rows, chart_array, chart_figure, chart_rows, diagram_array, diagram_figures,
-    diagram_rows, manifold_rows, pictures, write_json,
+    DocumentKind, Figure, Named, OutputFolder, ReportError, Rows, SectionDocument, basin_array,
+    basin_figure, basin_rows, basin_text, basin_warnings, chart_array, chart_computed_words,
+    chart_figure, chart_overlay_words, chart_rows, chart_timing_table, chart_warnings,
+    diagram_array, diagram_figures, diagram_rows, diagram_timing_table, diagram_warnings,
+    manifold_rows, pictures, write_json,
 };
 
-/// JSON document of results computed with a map.
+/// JSON document of a result computed with a map.
 #[derive(Serialize)]
-pub struct ByMap<'a, T> {
+struct ByMap<'a, T> {
     document: DocumentKind,
     format: u32,
     #[serde(flatten)]
@@ -36,11 +43,6 @@ pub struct ByMap<'a, T> {
 }
 
 impl<'a, T> ByMap<'a, T> {
-    /// Documents of several results computed with one map.
-    fn each(document: DocumentKind, contents: &'a [T], map: &'a Map) -> Vec<Self> {
-        contents.iter().map(|content| Self::new(document, content, map)).collect()
-    }
-
     fn new(document: DocumentKind, content: &'a T, map: &'a Map) -> Self {
         Self {
             document,
@@ -53,117 +55,353 @@ impl<'a, T> ByMap<'a, T> {
     }
 }
 
+/// A diagram, a chart or a basin: a result of which a command may compute several with one map.
+pub trait Drawable: Serialize + Send + Sync + Sized {
+    /// Kind of the document.
+    const KIND: DocumentKind;
+    /// File name of the document, without extension.
+    const STEM: &'static str;
+    /// Whether one result has a document of its own, and not a list.
+    const ALONE: bool;
+    /// Measured times.
+    type Times;
+    /// Content of the rows.
+    type Bulk;
+
+    /// Takes the measured times away.
+    fn take_times(&mut self) -> Self::Times;
+
+    /// Gives measured times back.
+    fn give_times(&mut self, times: Self::Times);
+
+    /// Takes the content of the rows away.
+    fn take_bulk(&mut self) -> Self::Bulk;
+
+    /// Gives the content of the rows back.
+    fn give_bulk(&mut self, bulk: Self::Bulk);
+
+    /// Text about all results.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError`] if a table cannot be laid out.
+    fn text(results: &[Self]) -> Result<String, ReportError>;
+
+    /// Table of all results.
+    fn rows(results: &[Self]) -> Rows<'_>;
+
+    /// Numbers as an NPY file.
+    ///
+    /// # Errors
+    ///
+    /// [`ReportError`] if they are too many.
+    fn array(&self) -> Result<Vec<u8>, ReportError>;
+
+    /// Further tables as CSV, by file name without extension.
+    fn more_rows(&self) -> Vec<(&'static str, Rows<'_>)> {
+        Vec::new()
+    }
+
+    /// Figures, by what their file names add to that of the result.
+    fn figures(&self) -> Vec<(&'static str, Figure)>;
+
+    /// Warnings about all results.
+    fn warnings(results: &[Self]) -> Vec<String>;
+}
+
+/// Diagrams, charts or basins, and the map that they were computed with.
+#[derive(Clone, Debug)]
+pub struct Drawn<T> {
+    map: Map,
+    /// The results.
+    pub results: Vec<T>,
+}
+
 impl Map {
-    /// Documents of diagrams computed with the map.
-    pub fn diagram_documents<'a>(&'a self, diagrams: &'a [Diagram]) -> Vec<ByMap<'a, Diagram>> {
-        ByMap::each(DocumentKind::Diagram, diagrams, self)
-    }
-
-    /// Documents of charts computed with the map.
-    pub fn chart_documents<'a>(&'a self, charts: &'a [Chart]) -> Vec<ByMap<'a, Chart>> {
-        ByMap::each(DocumentKind::Chart, charts, self)
-    }
-
-    /// Document of a basin computed with the map.
-    pub fn basin_document<'a>(&'a self, basin: &'a Basin) -> ByMap<'a, Basin> {
-        ByMap::new(DocumentKind::Basin, basin, self)
-    }
-
-    /// Writes data and pictures of diagrams, without measured times. Returns remarks on the
-    /// pictures.
+    /// Diagrams of the scene, to be laid out.
     ///
     /// # Errors
     ///
-    /// [`Error::Report`] if a file cannot be written.
-    pub fn write_diagrams(
-        &self,
-        folder: &OutputFolder,
-        diagrams: &[Diagram],
-    ) -> Result<Vec<String>, Error> {
-        let documents = self.diagram_documents(diagrams);
-        let stems = || diagrams.iter().zip(stems("diagram", diagrams.len()));
-        let data = || {
-            folder.write_streamed("diagram.json", |out| write_json(out, &documents))?;
-            folder.write_streamed("diagram.csv", |out| diagram_rows(diagrams).write_csv(out))?;
-            stems().try_for_each(|(diagram, stem)| {
-                Ok(folder.write(&format!("{stem}.npy"), diagram_array(diagram)?).map(drop)?)
-            })
-        };
-        let figures = stems().flat_map(|(diagram, stem)| {
-            let named = move |(end, figure)| (format!("{stem}{end}"), figure);
-            diagram_figures(diagram).into_iter().map(named)
-        });
-        write_both(folder, data, figures.collect())
+    /// As [`diagrams`](Self::diagrams).
+    pub fn drawn_diagrams(&self, progress: &dyn Progress) -> Result<Drawn<Diagram>, Error> {
+        Ok(Drawn { map: self.clone(), results: self.diagrams(progress)? })
     }
 
-    /// Writes data and pictures of charts, without measured times. Returns remarks on the pictures.
+    /// Charts of the scene, to be laid out.
     ///
     /// # Errors
     ///
-    /// [`Error::Report`] if a file cannot be written.
-    pub fn write_charts(
-        &self,
-        folder: &OutputFolder,
-        charts: &[Chart],
-    ) -> Result<Vec<String>, Error> {
-        let documents = self.chart_documents(charts);
-        let stems = || charts.iter().zip(stems("chart", charts.len()));
-        let data = || {
-            folder.write_streamed("chart.json", |out| write_json(out, &documents))?;
-            folder.write_streamed("chart.csv", |out| chart_rows(charts).write_csv(out))?;
-            stems().try_for_each(|(chart, stem)| {
-                Ok(folder.write(&format!("{stem}.npy"), chart_array(chart)?).map(drop)?)
-            })
-        };
-        let figures = stems().map(|(chart, stem)| (stem, chart_figure(chart)));
-        write_both(folder, data, figures.collect())
+    /// As [`charts`](Self::charts).
+    pub fn drawn_charts(&self, progress: &dyn Progress) -> Result<Drawn<Chart>, Error> {
+        Ok(Drawn { map: self.clone(), results: self.charts(progress)? })
     }
 
-    /// Writes data and pictures of basins, without measured times. Returns remarks on the pictures.
+    /// Basins, to be laid out.
     ///
     /// # Errors
     ///
-    /// [`Error::Report`] if a file cannot be written.
-    pub fn write_basins(
+    /// As [`basins`](Self::basins).
+    pub fn drawn_basins(
         &self,
-        folder: &OutputFolder,
-        basins: &[Basin],
-    ) -> Result<Vec<String>, Error> {
-        let named = |name| basins.iter().zip(stems(name, basins.len()));
-        let data = || {
-            for (basin, stem) in named("basin") {
-                let (rows, document) = (basin_rows(basin), self.basin_document(basin));
-                folder.write_streamed(&format!("{stem}.json"), |out| write_json(out, &document))?;
-                folder.write_streamed(&format!("{stem}.csv"), |out| rows.write_csv(out))?;
-                folder.write(&format!("{stem}.npy"), basin_array(basin)?)?;
-            }
-            for (basin, stem) in named("manifolds") {
-                if let Some(manifolds) = &basin.manifolds {
-                    let rows = manifold_rows(basin, manifolds);
-                    folder.write_streamed(&format!("{stem}.csv"), |out| rows.write_csv(out))?;
-                }
-            }
-            Ok(())
-        };
-        let figures = named("basin").map(|(basin, stem)| (stem, basin_figure(basin)));
-        write_both(folder, data, figures.collect())
+        requests: &[BasinRequest],
+        progress: &dyn Progress,
+    ) -> Result<Drawn<Basin>, Error> {
+        Ok(Drawn { map: self.clone(), results: self.basins(requests, progress)? })
     }
 }
 
-/// Writes data, and figures by file name, in parallel. Returns remarks on the figures.
-fn write_both(
-    folder: &OutputFolder,
-    data: impl FnOnce() -> Result<(), Error> + Send,
-    figures: Vec<(String, Figure)>,
-) -> Result<Vec<String>, Error> {
-    let drawn = || {
-        let named = figures.iter().map(|(stem, figure)| (&**stem, figure));
-        let (files, remarks) = pictures(named, folder.pictures());
-        folder.write_all(files).map(|()| remarks)
-    };
-    let (data, drawn) = parallel::join(data, drawn);
-    data?;
-    Ok(drawn?)
+impl<T: Drawable> Drawn<T> {
+    fn documents(&self) -> Vec<ByMap<'_, T>> {
+        let documents = self.results.iter();
+        documents.map(|result| ByMap::new(T::KIND, result, &self.map)).collect()
+    }
+
+    fn write_whole(&self, out: &mut dyn Write) -> Result<(), ReportError> {
+        match &self.documents()[..] {
+            [alone] if T::ALONE => write_json(out, alone),
+            listed => write_json(out, &listed),
+        }
+    }
+
+    /// Results and their file names, without extension.
+    fn named(&self, name: &str) -> impl Iterator<Item = (&T, String)> {
+        self.results.iter().zip(stems(name, self.results.len()))
+    }
+
+    fn write_data(&self, folder: &OutputFolder) -> Result<(), Error> {
+        if T::ALONE {
+            for (document, stem) in self.documents().iter().zip(stems(T::STEM, self.results.len()))
+            {
+                folder.write_streamed(&format!("{stem}.json"), |out| write_json(out, document))?;
+            }
+            for (number, stem) in stems(T::STEM, self.results.len()).enumerate() {
+                let rows = T::rows(&self.results[number..=number]);
+                folder.write_streamed(&format!("{stem}.csv"), |out| rows.write_csv(out))?;
+            }
+        } else {
+            let (document, table) = (format!("{}.json", T::STEM), format!("{}.csv", T::STEM));
+            folder.write_streamed(&document, |out| self.write_whole(out))?;
+            folder.write_streamed(&table, |out| T::rows(&self.results).write_csv(out))?;
+        }
+        for (result, stem) in self.named(T::STEM) {
+            folder.write(&format!("{stem}.npy"), result.array()?)?;
+        }
+        for (number, result) in self.results.iter().enumerate() {
+            for (name, rows) in result.more_rows() {
+                let stem = stems(name, self.results.len()).nth(number).unwrap_or_default();
+                folder.write_streamed(&format!("{stem}.csv"), |out| rows.write_csv(out))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs `work` on the results without their measured times.
+    fn timeless<R>(&mut self, work: impl FnOnce(&mut Self) -> R) -> R {
+        let times: Vec<T::Times> = self.results.iter_mut().map(T::take_times).collect();
+        let done = work(self);
+        self.results.iter_mut().zip(times).for_each(|(result, times)| result.give_times(times));
+        done
+    }
+}
+
+impl<T: Drawable> Results for Drawn<T> {
+    fn text(&self) -> Result<String, Error> {
+        Ok(T::text(&self.results)?)
+    }
+
+    fn write_document(&mut self, extent: Extent, out: &mut dyn Write) -> Result<(), ReportError> {
+        match extent {
+            Extent::Whole => self.write_whole(out),
+            Extent::Timeless => self.timeless(|drawn| drawn.write_whole(out)),
+            Extent::Head => self.timeless(|drawn| {
+                let bulk: Vec<T::Bulk> = drawn.results.iter_mut().map(T::take_bulk).collect();
+                let written = drawn.write_whole(out);
+                drawn
+                    .results
+                    .iter_mut()
+                    .zip(bulk)
+                    .for_each(|(result, bulk)| result.give_bulk(bulk));
+                written
+            }),
+        }
+    }
+
+    fn rows(&self) -> Rows<'_> {
+        T::rows(&self.results)
+    }
+
+    fn figures(&self) -> Vec<(String, Figure)> {
+        let figures = self.named(T::STEM).flat_map(|(result, stem)| {
+            let named = move |(end, figure)| (format!("{stem}{end}"), figure);
+            result.figures().into_iter().map(named)
+        });
+        figures.collect()
+    }
+
+    fn write_files(&mut self, folder: &OutputFolder) -> Result<Vec<String>, Error> {
+        let figures = self.figures();
+        let drawn = || {
+            let named = figures.iter().map(|(stem, figure)| (&**stem, figure));
+            let (files, remarks) = pictures(named, folder.pictures());
+            folder.write_all(files).map(|()| remarks)
+        };
+        self.timeless(|results| {
+            let (data, drawn) = parallel::join(|| results.write_data(folder), drawn);
+            data?;
+            Ok(drawn?)
+        })
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.map.remarks().chain(T::warnings(&self.results)).collect()
+    }
+
+    fn ended(&self) -> Option<Ended> {
+        None
+    }
+}
+
+impl Drawable for Diagram {
+    const KIND: DocumentKind = DocumentKind::Diagram;
+    const STEM: &'static str = "diagram";
+    const ALONE: bool = false;
+    type Times = (Option<f64>, Vec<Timing>);
+    type Bulk = Vec<Vec<DiagramPoint>>;
+
+    fn take_times(&mut self) -> Self::Times {
+        let times = self.sweeps.iter_mut().map(|sweep| mem::take(&mut sweep.timing));
+        (self.speed_ratio.take(), times.collect())
+    }
+
+    fn give_times(&mut self, (ratio, times): Self::Times) {
+        self.speed_ratio = ratio;
+        self.sweeps.iter_mut().zip(times).for_each(|(sweep, time)| sweep.timing = time);
+    }
+
+    fn take_bulk(&mut self) -> Self::Bulk {
+        self.sweeps.iter_mut().map(|sweep| mem::take(&mut sweep.points)).collect()
+    }
+
+    fn give_bulk(&mut self, bulk: Self::Bulk) {
+        self.sweeps.iter_mut().zip(bulk).for_each(|(sweep, points)| sweep.points = points);
+    }
+
+    fn text(diagrams: &[Self]) -> Result<String, ReportError> {
+        Ok(diagram_timing_table(diagrams)?.to_text())
+    }
+
+    fn rows(diagrams: &[Self]) -> Rows<'_> {
+        diagram_rows(diagrams)
+    }
+
+    fn array(&self) -> Result<Vec<u8>, ReportError> {
+        diagram_array(self)
+    }
+
+    fn figures(&self) -> Vec<(&'static str, Figure)> {
+        diagram_figures(self)
+    }
+
+    fn warnings(diagrams: &[Self]) -> Vec<String> {
+        diagram_warnings(diagrams)
+    }
+}
+
+impl Drawable for Chart {
+    const KIND: DocumentKind = DocumentKind::Chart;
+    const STEM: &'static str = "chart";
+    const ALONE: bool = false;
+    type Times = Timing;
+    type Bulk = Vec<ChartCell>;
+
+    fn take_times(&mut self) -> Timing {
+        mem::take(&mut self.timing)
+    }
+
+    fn give_times(&mut self, times: Timing) {
+        self.timing = times;
+    }
+
+    fn take_bulk(&mut self) -> Self::Bulk {
+        mem::take(&mut self.cells)
+    }
+
+    fn give_bulk(&mut self, bulk: Self::Bulk) {
+        self.cells = bulk;
+    }
+
+    fn text(charts: &[Self]) -> Result<String, ReportError> {
+        let computed = charts.iter().filter_map(chart_computed_words);
+        let words = computed.chain(charts.iter().filter_map(chart_overlay_words));
+        let lines: String = words.map(|words| format!("{words}\n")).collect();
+        Ok(chart_timing_table(charts)?.to_text() + &lines)
+    }
+
+    fn rows(charts: &[Self]) -> Rows<'_> {
+        chart_rows(charts)
+    }
+
+    fn array(&self) -> Result<Vec<u8>, ReportError> {
+        chart_array(self)
+    }
+
+    fn figures(&self) -> Vec<(&'static str, Figure)> {
+        vec![("", chart_figure(self))]
+    }
+
+    fn warnings(charts: &[Self]) -> Vec<String> {
+        chart_warnings(charts)
+    }
+}
+
+impl Drawable for Basin {
+    const KIND: DocumentKind = DocumentKind::Basin;
+    const STEM: &'static str = "basin";
+    const ALONE: bool = true;
+    type Times = Timing;
+    type Bulk = Vec<BasinClass>;
+
+    fn take_times(&mut self) -> Timing {
+        mem::take(&mut self.timing)
+    }
+
+    fn give_times(&mut self, times: Timing) {
+        self.timing = times;
+    }
+
+    fn take_bulk(&mut self) -> Self::Bulk {
+        mem::take(&mut self.cells)
+    }
+
+    fn give_bulk(&mut self, bulk: Self::Bulk) {
+        self.cells = bulk;
+    }
+
+    fn text(basins: &[Self]) -> Result<String, ReportError> {
+        Ok(basins.iter().map(basin_text).collect::<Result<Vec<_>, _>>()?.join("\n"))
+    }
+
+    fn rows(basins: &[Self]) -> Rows<'_> {
+        let none = || Rows::new(Vec::new(), std::iter::empty());
+        basins.first().map_or_else(none, basin_rows)
+    }
+
+    fn array(&self) -> Result<Vec<u8>, ReportError> {
+        basin_array(self)
+    }
+
+    fn more_rows(&self) -> Vec<(&'static str, Rows<'_>)> {
+        let manifolds = self.manifolds.iter();
+        manifolds.map(|manifolds| ("manifolds", manifold_rows(self, manifolds))).collect()
+    }
+
+    fn figures(&self) -> Vec<(&'static str, Figure)> {
+        vec![("", basin_figure(self))]
+    }
+
+    fn warnings(basins: &[Self]) -> Vec<String> {
+        basin_warnings(basins)
+    }
 }
 
 /// File names of `count` results, without extension.
@@ -223,7 +461,10 @@ pub struct BasinKeys {
     pub points: Vec<u32>,
     /// Cells that are computed: `all`, or `borders` (those along borders and probes of the blocks
     /// between; the others are filled). Default: borders.
-    #[cfg_attr(feature = "cli", arg(long = "cells", value_name = "CELLS", value_parser = one_of(CELLS)))]
+    #[cfg_attr(
+        feature = "cli",
+        arg(long = "cells", value_name = "CELLS", value_parser = one_of(CELLS))
+    )]
     pub every_cell: Option<bool>,
     /// Offsets of the other section coordinates (0 if not named).
     #[cfg_attr(
@@ -239,7 +480,12 @@ pub struct BasinKeys {
     /// Method that iterates the states. Default: guarded.
     #[cfg_attr(
         feature = "cli",
-        arg(long = "method", value_name = "METHOD", alias = "with", value_parser = one_of(METHODS))
+        arg(
+            long = "method",
+            value_name = "METHOD",
+            alias = "with",
+            value_parser = one_of(METHODS)
+        )
     )]
     pub with: Option<Method>,
     /// Also compute stable and unstable manifolds of saddles of up to N returns, as curves; needs a

@@ -304,6 +304,27 @@ fn share_cells(share: &BasinShare) -> [Cell; 3] {
     ]
 }
 
+/// Basin as text: words, table, manifolds, remarks and time.
+///
+/// # Errors
+///
+/// Those of its tables.
+pub fn basin_text(basin: &Basin) -> Result<String, ReportError> {
+    let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
+    if let Some(manifolds) = &basin.manifolds {
+        text.push_str(&format!("{}\n", manifold_table(basin, manifolds)?.to_text()));
+    }
+    for remark in basin_remarks(basin) {
+        text.push_str(&format!("{remark}\n"));
+    }
+    let timing = &basin.timing;
+    text.push_str(&format!(
+        "{} iterates in {:.2} s on {} threads\n",
+        timing.iterates, timing.seconds, timing.threads
+    ));
+    Ok(text)
+}
+
 /// Parameters, plane and method of a basin, as text.
 pub fn basin_words(basin: &Basin) -> String {
     let at: Vec<String> = basin

@@ -43,8 +43,8 @@ pub use grazemap_figure as figure;
 pub use atlas_figure::atlas_figure;
 pub use atlas_listing::{AtlasListing, LeafRecord, PointCounts, StepTimes};
 pub use basin_figure::{
-    basin_array, basin_figure, basin_remarks, basin_rows, basin_table, basin_words, manifold_rows,
-    manifold_table,
+    basin_array, basin_figure, basin_remarks, basin_rows, basin_table, basin_text, basin_words,
+    manifold_rows, manifold_table,
 };
 pub use branch_listing::{BranchListing, BranchRecord, PointRecord};
 pub use chart_figure::{chart_array, chart_figure, chart_rows, chart_timing_table};

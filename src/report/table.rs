@@ -185,6 +185,11 @@ impl Table {
         &self.rows
     }
 
+    /// Iterator of the rows.
+    pub fn as_rows(&self) -> Rows<'_> {
+        Rows::new(self.columns.clone(), self.rows.iter().cloned())
+    }
+
     /// Turns the table into an iterator of rows.
     pub fn into_rows(self) -> Rows<'static> {
         Rows::new(self.columns, self.rows.into_iter())
@@ -362,7 +367,7 @@ impl Table {
     /// [`ReportError::Csv`] if the table has no columns.
     pub fn to_csv(&self) -> Result<String, ReportError> {
         let mut bytes = Vec::new();
-        self.clone().into_rows().write_csv(&mut bytes)?;
+        self.as_rows().write_csv(&mut bytes)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 

@@ -823,7 +823,7 @@ def catalogue(name: str | None = None) -> list[str] | Scene:
 def _portrait(graze: _lib.Graze) -> str:
     """Draw the phase portrait of a grazing orbit."""
     found = _lib.answer(graze, json.dumps({"trajectory": {"samples": SAMPLES}}), None, [])
-    return next((figure for _, figure in found.figures), "")
+    return next((figure for _, figure in found.figures()), "")
 
 
 def _words(value: object, *lines: str) -> str:

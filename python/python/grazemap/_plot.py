@@ -152,7 +152,7 @@ def _mark_graze(ax: Axes, at: float, words: str = "graze") -> None:
 
 def diagram(table: Diagram, ax: Axes | None, values: bool, style: Style) -> Axes:
     """Draw a bifurcation diagram."""
-    (document, *_) = table.document
+    document = table._head
     ends = table["end"]
     trusted = ends != "outside"
     sweeps = list(dict.fromkeys(zip(table["method"], table["heading"], strict=True)))
@@ -205,7 +205,7 @@ def _scale_by_powers(ax: Axes, offsets: Numbers) -> None:
 
 def chart(table: Chart, ax: Axes | None, number: int, values: bool, style: Style) -> Axes:
     """Draw one chart of a table as an image with a key."""
-    documents = table.document
+    documents = table._heads
     if not 1 <= number <= len(documents):
         message = f"number: expected a chart from 1 to {len(documents)}, found {number}"
         raise InputError(message)
@@ -300,7 +300,7 @@ def _without_contact(table: Chart, rows: Flags) -> Flags:
 
 def basin(table: Basin, ax: Axes | None, style: Style) -> Axes:
     """Draw basins of attraction as an image, with the points of the attractors."""
-    (document, *_) = table.document
+    document = table._head
     attractors = document["attractors"]
     entries = [
         (f"{number + 1}: {_attractor_words(found)}", _attractor_color(number), False)

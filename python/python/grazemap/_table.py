@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -46,11 +46,9 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         }
         for name in self._columns.keys() & set(self.flags):
             self._columns[name] = self._columns[name] == 1
-        self._text = computed.document
+        self._computed: _lib.Computed | None = computed
         #: Scene and window of the map, if the document does not hold them.
         self._about: dict[str, Any] = {}
-        #: Figures of the program as SVG, by file name without ``.svg``.
-        self.figures: dict[str, str] = dict(computed.figures)
         #: Warnings about accuracy or completeness.
         self.remarks: tuple[str, ...] = tuple(computed.remarks)
         #: Reason why the result is not the one asked for; ``None`` if it is.
@@ -68,17 +66,41 @@ class Table(Mapping[str, np.ndarray[Any, Any]]):
         """Count the columns."""
         return len(self._columns)
 
+    @cached_property
+    def _text(self) -> str:
+        """JSON document of the program."""
+        return self._computed.document() if self._computed is not None else "null"
+
+    @cached_property
+    def _outline(self) -> str:
+        """JSON document without what the columns hold, where that is long."""
+        return self._computed.head() if self._computed is not None else "null"
+
+    @cached_property
+    def figures(self) -> dict[str, str]:
+        """Figures of the program as SVG, by file name without ``.svg``."""
+        return dict(self._computed.figures()) if self._computed is not None else {}
+
     @property
     def document(self) -> Any:
         """JSON document of the program, as lists and dictionaries."""
         return json.loads(self._text)
 
     @property
+    def _heads(self) -> list[dict[str, Any]]:
+        """Documents of all results, without what the columns hold where that is long."""
+        document = json.loads(self._outline)
+        return document if isinstance(document, list) else [document]
+
+    @property
     def _head(self) -> dict[str, Any]:
         """Document of the first result, and what is known about its map."""
-        document = self.document
-        first = next(iter(document), {}) if isinstance(document, list) else document
-        return {**self._about, **first}
+        return {**self._about, **next(iter(self._heads), {})}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Lay out what a copy elsewhere cannot compute."""
+        laid_out = {"_text": self._text, "_outline": self._outline, "figures": self.figures}
+        return {**self.__dict__, **laid_out, "_computed": None}
 
     @property
     def is_empty(self) -> bool:
@@ -238,13 +260,6 @@ class Chart(Table):
     command = "chart"
     flags = ("computed", "converging")
 
-    @property
-    def _heads(self) -> list[dict[str, Any]]:
-        """Documents of the charts without their cells, which the columns hold."""
-        # NOTE: the cells are nearly all of the text; a line break stands in no JSON string.
-        text = re.sub(r'\n    "cells": \[.*?\n    \],', "", self._text, flags=re.DOTALL)
-        return list(json.loads(text))
-
     def to_xarray(self) -> xr.Dataset:
         """Give a dataset with the two parameters as dimensions, the second one first.
 
@@ -261,7 +276,7 @@ class Chart(Table):
 
         Cells without a period have 0.
         """
-        (chart, *_) = self.document
+        chart = self._head
         first, second = (np.array(axis["offsets"]) for axis in chart["axes"])
         cells = first.size * second.size
         periods = np.nan_to_num(self["period"][:cells]).astype(int)
@@ -296,6 +311,12 @@ class Basin(Table):
 
     command = "basin"
 
+    @property
+    def document(self) -> Any:
+        """JSON documents of the program, as a list of dictionaries."""
+        document = super().document
+        return document if isinstance(document, list) else [document]
+
     def to_xarray(self) -> xr.Dataset:
         """Give a dataset with the two coordinates as dimensions, the second one first.
 
@@ -310,8 +331,7 @@ class Basin(Table):
     @property
     def attractors(self) -> list[dict[str, Any]]:
         """Attractors found, the one with the largest basin first."""
-        (basin, *_) = self.document
-        return list(basin["attractors"])
+        return list(self._head["attractors"])
 
     def plot(  # type: ignore[override]
         self, ax: Axes | None = None, **style: Any
@@ -869,7 +889,8 @@ class Gallery(Table):
         self._columns = {
             name: np.array([row[name] for row in held], dtype=object) for name in names
         }
-        self._text = json.dumps(held)
+        self._computed = None
+        self._text = self._outline = json.dumps(held)
         self._about = {}
         self.figures = {
             path.relative_to(folder).with_suffix("").as_posix(): path.read_text(encoding="utf-8")

@@ -148,9 +148,9 @@ pub(in crate::cli) fn converge(asked: &Asked<ConvergenceKeys>) -> Result<(), Cli
     let decisive = [&*settled.graze().to_json()?, &keys.fresh.to_string()];
     let resumable = Resumable::begin("converge", outlets.folder(), &decisive, outlets.quiet);
     let bar = Bar::new("convergence", outlets.quiet).resuming(0, resumable.journal());
-    let answer = keys.answer(&settled, &bar)?;
+    let mut answer = keys.answer(&settled, &bar)?;
     drop(bar);
-    deliver(answer, "converge", outlets)?;
+    deliver(&mut answer, outlets)?;
     resumable.finish();
     Ok(())
 }
@@ -162,9 +162,9 @@ pub(in crate::cli) fn told(
     answer: impl FnOnce(&Bar) -> Result<Answer, Error>,
 ) -> Result<(), CliError> {
     let bar = Bar::new(command, outlets.quiet);
-    let answer = answer(&bar)?;
+    let mut answer = answer(&bar)?;
     drop(bar);
-    deliver(answer, command, outlets)
+    deliver(&mut answer, outlets)
 }
 
 /// Runs a command whose keys are answered by a map, and keeps its finished pieces.
@@ -181,7 +181,7 @@ fn answered(
     drop(bar);
     // NOTE: an answer without a result is written before its error is returned.
     let ended = answer.ended.take();
-    deliver(answer, command, outlets)?;
+    deliver(&mut answer, outlets)?;
     resumable.finish();
     ended.map_or(Ok(()), |ended| Err(Error::from(ended).into()))
 }

@@ -13,10 +13,10 @@ pub(in crate::cli) fn run(options: &AtlasArguments) -> Result<(), CliError> {
     let graze = source.graze()?;
     let keys = AtlasKeys { plane: outlets.output.is_some(), ..keys.clone() };
     let bar = Bar::new("atlas", outlets.quiet);
-    let (answer, file) = keys.measured(&graze, saved.as_ref(), &bar)?;
+    let (mut answer, file) = keys.measured(&graze, saved.as_ref(), &bar)?;
     drop(bar);
     if let Some(path) = save {
         file.write(path)?;
     }
-    deliver(answer, "atlas", outlets)
+    deliver(&mut answer, outlets)
 }

@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use super::{map, open};
 use crate::cli::arguments::{EmitArguments, SceneOptions};
-use crate::cli::output::{CliError, Results, note_all, print};
+use crate::cli::output::{CliError, deliver, note_all, print};
 use grazemap::convergence::MeasuredWindow;
 use grazemap::emission::{EmissionError, EmittedCrate, EmittedModule, Target, shell_word};
 use grazemap::expansion::WindowEdge;
 use grazemap::model::{EmitPrecision, catalogue};
 use grazemap::numeric::FloatFormat;
-use grazemap::pipeline::{EmitRequest, Source, is_standard, write_emitted};
+use grazemap::pipeline::{Answer, EmitRequest, Source, is_standard, write_emitted};
 use grazemap::report::{SectionDocument, bounds_words, counted, to_json};
 use grazemap::{Error, Map};
 
@@ -80,7 +80,7 @@ pub(in crate::cli) fn run(options: &EmitArguments) -> Result<(), CliError> {
     note_all(&remarks.collect::<Vec<_>>(), outlets.quiet);
     let text = text(&modules, &emitted, &folder);
     let json = to_json(&summary(modules, &emitted))?;
-    Results::named("emit", text, json, None).deliver("emit", &outlets)
+    deliver(&mut Answer::without_table("emit", text, json), &outlets)
 }
 
 /// Arguments of the command that reproduces a module.

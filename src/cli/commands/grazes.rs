@@ -4,11 +4,11 @@
 use super::answers::told;
 use super::{map, open, remark_on_window};
 use crate::cli::arguments::{Asked, CurveArguments, LocateArguments, SceneOptions};
-use crate::cli::output::{CliError, Results, note};
+use crate::cli::output::{CliError, deliver, note};
 use grazemap::convergence::Choice;
 use grazemap::model::Scene;
 use grazemap::numeric::Shown;
-use grazemap::pipeline::{BranchPlace, CurveKeys, NearestKeys, Position, SafeKeys, Source};
+use grazemap::pipeline::{Answer, BranchPlace, CurveKeys, NearestKeys, Position, SafeKeys, Source};
 use grazemap::report::{
     ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, ReportError, least_orders_words,
     window_words,
@@ -47,8 +47,8 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
         + "\n"
         + &all
         + &window;
-    let results = Results::named("orbit", text, graze.to_json_with(&study)?, None);
-    results.deliver("locate", outlets)
+    let mut answer = Answer::without_table("orbit", text, graze.to_json_with(&study)?);
+    deliver(&mut answer, outlets)
 }
 
 /// Scene of the graze at a special point of a branch. Prints the keys that lead there, unless
@@ -175,9 +175,8 @@ pub(in crate::cli) fn expand(options: &SceneOptions) -> Result<(), CliError> {
     remark_on_window(&map, options.common.outlets.quiet);
     let choice = map.choice().map_or_else(String::new, choice_words);
     let text = expansion_text(map.scene(), listing)? + &window_words(&listing.window) + &choice;
-    let csv = listing.coefficient_table()?.to_csv()?;
-    let results = Results::named("map", text, map.to_json()?, Some(csv));
-    results.deliver("expand", &options.common.outlets)
+    let mut answer = Answer::new("map", text, map.to_json()?, listing.coefficient_table()?);
+    deliver(&mut answer, &options.common.outlets)
 }
 
 /// Coefficients and least orders of a choice of orders, as text.

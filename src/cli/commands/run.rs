@@ -9,12 +9,12 @@ use std::process::{Command, Stdio};
 use super::emit::Reproduction;
 use super::{note_section, open, resumable};
 use crate::cli::arguments::{Common, SceneOptions};
-use crate::cli::output::{Bar, CliError, Results, note};
+use crate::cli::output::{Bar, CliError, deliver, note};
 use crate::cli::pieces::Resumable;
 use grazemap::Map;
 use grazemap::analysis::Progress;
 use grazemap::emission::{Target, shell_word};
-use grazemap::pipeline::{RunWatch, Settled, run as run_in};
+use grazemap::pipeline::{Answer, RunWatch, Settled, run as run_in};
 use grazemap::report::StageTime;
 
 /// Default folder of results.
@@ -39,7 +39,7 @@ pub(in crate::cli) fn run(options: &SceneOptions) -> Result<(), CliError> {
     }
     let (scene, page) = (options.scene.display(), folder.join("report.html"));
     let text = format!("{scene}: done; open {}\n", page.display());
-    Results { text, json: timings, ..Results::default() }.deliver("run", &outlets)
+    deliver(&mut Answer::without_table("timings", text, timings), &outlets)
 }
 
 /// Path of the report page of a run with these options.

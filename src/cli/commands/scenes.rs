@@ -9,10 +9,11 @@ use serde::Serialize;
 
 use super::{open, refuse_orders};
 use crate::cli::arguments::{Arguments, CompletionsOptions, ManOptions, NewOptions, SceneOptions};
-use crate::cli::output::{CliError, Results, note, print, refuse};
+use crate::cli::output::{CliError, deliver, note, print, refuse};
 use grazemap::Error;
 use grazemap::analysis::{charts_bytes, diagrams_bytes};
 use grazemap::model::{Digest, Scene, catalogue, nearest};
+use grazemap::pipeline::Answer;
 use grazemap::report::{Named, OutputFolder, to_json, write_atomically};
 
 /// Contents of a checked scene.
@@ -43,8 +44,7 @@ pub(in crate::cli) fn check(options: &SceneOptions) -> Result<(), CliError> {
     refuse(diagrams_bytes(scene).saturating_add(charts_bytes(scene)), outlets.quiet)?;
     let (name, summary) = (options.scene.display(), SceneSummary::new(source.scene()));
     let text = format!("{name}: no fault found\n{}\n", summary.words());
-    let results = Results::named("check", text, to_json(&summary)?, None);
-    results.deliver("check", outlets)
+    deliver(&mut Answer::without_table("check", text, to_json(&summary)?), outlets)
 }
 
 impl<'a> SceneSummary<'a> {

@@ -1,20 +1,13 @@
 //! `grazemap diagram`, `chart` and `basin`: bifurcation diagrams, two-parameter charts, and basins
 //! of attraction in a plane of the section.
 
-use super::{Contacts, open, remark_on_window, resumable, shard, tables};
+use super::{Contacts, open, resumable, shard, tables};
 use crate::cli::arguments::{BasinArguments, ChartArguments, DiagramArguments};
-use crate::cli::output::{Bar, CliError, note_all, refuse};
+use crate::cli::output::{Bar, CliError, deliver, note_all, refuse};
 use grazemap::Error;
-use grazemap::analysis::basin::Basin;
-use grazemap::analysis::diagram::{Diagram, Timing};
 use grazemap::analysis::{Joining, basin_bytes, charts_bytes, diagrams_bytes};
 use grazemap::model::{ChartOverlay, Method, Scene};
 use grazemap::pipeline::{BasinKeys, Device};
-use grazemap::report::{
-    ReportError, basin_remarks, basin_rows, basin_table, basin_warnings, basin_words,
-    chart_computed_words, chart_overlay_words, chart_rows, chart_timing_table, chart_warnings,
-    diagram_rows, diagram_timing_table, diagram_warnings, manifold_table, write_json,
-};
 
 /// Runs `grazemap diagram`.
 pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError> {
@@ -45,19 +38,11 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
     let bar = Bar::new("diagram", outlets.quiet).resuming(0, resumable.journal());
     note_all(&map.diagram_offset_remarks(), outlets.quiet);
     note_all(map.diagram_time_remark().as_slice(), outlets.quiet);
-    let mut diagrams = map.diagrams(&Joining::new(&bar, common.pieces()))?;
+    let mut diagrams = map.drawn_diagrams(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
-    remark_on_window(&map, outlets.quiet);
-    note_all(&diagram_warnings(&diagrams), outlets.quiet);
-    let text = diagram_timing_table(&diagrams)?.to_text();
-    outlets.write_json(&|out| write_json(out, &map.diagram_documents(&diagrams)))?;
-    outlets.write_csv(&|out| diagram_rows(&diagrams).write_csv(out))?;
-    if let Some(folder) = outlets.results()? {
-        diagrams.iter_mut().for_each(Diagram::take_timing);
-        note_all(&map.write_diagrams(&folder, &diagrams)?, false);
-    }
+    deliver(&mut diagrams, outlets)?;
     resumable.finish();
-    outlets.show(&text)
+    Ok(())
 }
 
 /// Runs `grazemap chart`.
@@ -101,23 +86,11 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let bar = Bar::new("chart", outlets.quiet).resuming(0, resumable.journal());
     note_all(&map.chart_offset_remarks(), outlets.quiet);
     note_all(map.chart_time_remark().as_slice(), outlets.quiet);
-    let mut charts = map.charts(&Joining::new(&bar, common.pieces()))?;
+    let mut charts = map.drawn_charts(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
-    remark_on_window(&map, outlets.quiet);
-    note_all(&chart_warnings(&charts), outlets.quiet);
-    let mut text = chart_timing_table(&charts)?.to_text();
-    let computed = charts.iter().filter_map(chart_computed_words);
-    for words in computed.chain(charts.iter().filter_map(chart_overlay_words)) {
-        text.push_str(&format!("{words}\n"));
-    }
-    outlets.write_json(&|out| write_json(out, &map.chart_documents(&charts)))?;
-    outlets.write_csv(&|out| chart_rows(&charts).write_csv(out))?;
-    if let Some(folder) = outlets.results()? {
-        charts.iter_mut().for_each(|chart| chart.timing = Timing::default());
-        note_all(&map.write_charts(&folder, &charts)?, false);
-    }
+    deliver(&mut charts, outlets)?;
     resumable.finish();
-    outlets.show(&text)
+    Ok(())
 }
 
 pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
@@ -145,23 +118,12 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     let bar = Bar::new("basin", outlets.quiet).resuming(0, resumable.journal());
     note_all(&map.basin_offset_remarks(&requests), outlets.quiet);
     note_all(map.basin_time_remark(&requests).as_slice(), outlets.quiet);
-    let mut basins = map.basins(&requests, &Joining::new(&bar, options.scene.common.pieces()))?;
+    let joining = Joining::new(&bar, options.scene.common.pieces());
+    let mut basins = map.drawn_basins(&requests, &joining)?;
     drop(bar);
-    remark_on_window(&map, outlets.quiet);
-    note_all(&basin_warnings(&basins), outlets.quiet);
-    let texts = basins.iter().map(basin_text).collect::<Result<Vec<_>, _>>()?;
-    basins.iter_mut().for_each(Basin::take_timing);
-    if let [basin] = &basins[..] {
-        let document = map.basin_document(basin);
-        outlets.write_json(&|out| write_json(out, &document))?;
-        outlets.write_csv(&|out| basin_rows(basin).write_csv(out))?;
-    }
-    if let Some(folder) = outlets.results()? {
-        let remarks = map.write_basins(&folder, &basins)?;
-        note_all(&remarks, false);
-    }
+    deliver(&mut basins, outlets)?;
     resumable.finish();
-    outlets.show(&texts.join("\n"))
+    Ok(())
 }
 
 /// Whether all methods are direct simulation.
@@ -194,21 +156,4 @@ fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
     };
     let contacts = if manifolds { Contacts::Searched } else { Contacts::Unused };
     Contacts::unless(direct, contacts)
-}
-
-/// Basin as text.
-fn basin_text(basin: &Basin) -> Result<String, ReportError> {
-    let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
-    if let Some(manifolds) = &basin.manifolds {
-        text.push_str(&format!("{}\n", manifold_table(basin, manifolds)?.to_text()));
-    }
-    for remark in basin_remarks(basin) {
-        text.push_str(&format!("{remark}\n"));
-    }
-    let timing = &basin.timing;
-    text.push_str(&format!(
-        "{} iterates in {:.2} s on {} threads\n",
-        timing.iterates, timing.seconds, timing.threads
-    ));
-    Ok(text)
 }

@@ -9,7 +9,7 @@ use grazemap::analysis::fit::MeasuredSeries;
 use grazemap::convergence::Choice;
 use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::decimal_below;
-use grazemap::pipeline::{BasinKeys, Command, FitKeys, Source};
+use grazemap::pipeline::{BasinKeys, Command, Extent, FitKeys, Results as _, Source};
 use grazemap::report::to_json;
 use grazemap::{Error, Map};
 
@@ -44,8 +44,8 @@ pub(super) fn commands(subjects: &Subjects, page: &mut Page, questions: &[Questi
 pub(super) fn basins(subjects: &Subjects, page: &mut Page, questions: &[Question]) {
     each(subjects, page, questions, |map, keys| {
         let keys: BasinKeys = serde_json::from_str(keys).expect("keys of a basin");
-        let basin = map.basin(&keys.request(map)?, &NoProgress)?;
-        Ok(to_json(&map.basin_document(&basin))?)
+        let mut basin = map.drawn_basins(&[keys.request(map)?], &NoProgress)?;
+        Ok(basin.document(Extent::Whole)?)
     });
 }
 
