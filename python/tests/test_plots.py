@@ -206,6 +206,20 @@ def test_the_map_alone_and_escaped_orbits_have_their_own_colours(m: gm.Map) -> N
     assert keyed(ax) == ["no contact", "", "outside the window"]
 
 
+def test_the_head_of_a_document_is_the_document_without_its_rows(
+    m: gm.Map, chart: gm.Chart
+) -> None:
+    (head,), (document,) = chart._heads, chart.document
+    assert head.pop("cells") == []
+    assert document.pop("cells")
+    assert head == document
+    diagram = gm.diagram(m, "alpha", (-1e-5, 1e-5), points=3, transient=10, keep=4)
+    (head,), (document,) = diagram._heads, diagram.document
+    assert [sweep.pop("points") for sweep in head["sweeps"]] == [[], []]
+    assert all(sweep.pop("points") for sweep in document["sweeps"])
+    assert head == document
+
+
 def test_a_chart_of_exponents_has_a_scale_around_zero(readme: gm.Map) -> None:
     ranges = ((-0.2, 0.2), (-0.3, 1.2))
     plane = ("omega", "alpha")

@@ -486,6 +486,39 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
 }
 
 #[test]
+fn a_function_without_a_series_at_0_is_named_where_the_flow_stops() {
+    let without_series = [
+        ("sqrt(1 - cos(theta - 1))", "sqrt"),
+        ("exp(0.5*log(1 - cos(theta - 1)))", "log"),
+        ("(1 - cos(theta))^1.5", "^"),
+        ("(0.4 - 0.4*cos(theta))^200.5*1.25^200.5", "^"),
+    ];
+    for (force, name) in without_series {
+        let flow = format!("alpha*{force} - 2*zeta*v - x");
+        let guess = "{ x = 1.0, v = 0.0, theta = 0.0 }";
+        let scene = scene_with("linear", &[("model.flow.v", &*flow), ("grazing.guess", guess)]);
+        let reason = locate(&scene).unwrap().into_result().unwrap_err();
+        let NotLocated::NoSeries { function, key, at } = &reason else {
+            panic!("{force}: {reason}");
+        };
+        assert_eq!((*function, &**key), (name, "model.flow.v"), "{force}");
+        let phase = at.0.last().map_or(f64::NAN, |(_, phase)| *phase);
+        let expected: f64 = if force.contains("- 1)") { 1.0 } else { 0.0 };
+        // Both phases are zeros of the cosine's distance from 1.
+        assert!((phase - expected).cos() > 1.0 - 1e-6, "{force}: {at}");
+    }
+    // A phase that no step begins at is flown over, rightly: the force has 401 derivatives there.
+    let flow = "alpha*(0.5 - 0.5*cos(theta))^200.5 - 2*zeta*v - x".to_owned();
+    let guess = "{ x = 1.0, v = 0.0, theta = 4.1 }";
+    let changes =
+        [("model.flow.v", &*flow), ("grazing.guess", guess), ("model.parameters.omega", "0.7")];
+    let found = orbit(&scene_with("linear", &changes));
+    // Sum of the Fourier series of the response.
+    let alpha = found.parameters()[3].to_f64();
+    assert!((alpha - 4.828_624_216_113_812).abs() < 1e-11, "{alpha}");
+}
+
+#[test]
 fn an_orbit_of_one_period_is_not_taken_for_one_of_several() {
     for (name, periods) in [("linear", 2), ("mems", 3)] {
         let periods_named = periods.to_string();

@@ -1,13 +1,14 @@
 //! Minima of the event functions along a stretch of the flow of an orbit, and corners on it.
 //!
-//! An orbit has no Taylor series at a corner, where `abs`, `sign`, `min` or `max` changes branch.
+//! An orbit has no Taylor series at a corner, where `abs`, `sign`, `min` or `max` changes branch, nor
+//! where a square root, a logarithm or a real power has the argument 0.
 
 use std::ops::Range;
 
 use super::outcome::{NamedValues, NotLocated, OrbitError};
 use super::piecewise::{FlightPart, MOST_STEPS, PiecewiseFlow};
 use crate::flow::{Integrator, Step, bound_but, horner};
-use crate::model::{NodeId, Response, Scene, Surface};
+use crate::model::{CornerOperation, Model, NodeId, Response, Scene, Surface};
 use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, extrema};
 
 /// A minimum of an event function.
@@ -146,6 +147,8 @@ pub(super) fn each_step<T>(
 
 /// An argument within this distance of its corner, relative to its variation, is on the corner.
 const ON_THE_CORNER: f64 = 1e-12;
+/// Largest argument that is 0 where a flow stops: its steps shrink in proportion to the distance.
+const AT_ZERO: f64 = 1e-9;
 /// Factor to round states in messages to nine decimals.
 const DECIMALS: f64 = 1e9;
 
@@ -180,6 +183,17 @@ enum Place {
 }
 
 impl Place {
+    /// Key of the expression in the scene.
+    fn key(self, model: &Model) -> String {
+        match self {
+            Place::Rate(state) => format!("model.flow.{}", model.states[state]),
+            Place::Event(surface) => format!("model.surface.{surface}.event"),
+            Place::Reset { surface, state } => {
+                format!("model.surface.{surface}.impact.{}", model.states[state])
+            }
+        }
+    }
+
     /// Surface at whose grazes alone the operation matters; `None` if it matters everywhere.
     fn surface(self) -> Option<usize> {
         match self {
@@ -313,26 +327,48 @@ impl<'a> Corners<'a> {
     }
 
     fn met(&self, number: usize, state: &[f64]) -> NotLocated {
-        let model = &self.scene.model;
-        let phase = model.phase.iter().map(|phase| (&phase.name, phase.period.to_f64()));
-        let (states, clock) = state.split_at(model.states.len());
-        let clock = clock.iter().zip(phase);
-        let clock = clock.map(|(value, (name, period))| (name.clone(), value.rem_euclid(period)));
-        let states = model.states.iter().cloned().zip(states.iter().copied());
         let Operation { function, place } = self.operations[number];
-        let key = match place {
-            Place::Rate(state) => format!("model.flow.{}", model.states[state]),
-            Place::Event(surface) => format!("model.surface.{surface}.event"),
-            Place::Reset { surface, state } => {
-                format!("model.surface.{surface}.impact.{}", model.states[state])
-            }
-        };
-        NotLocated::Corner {
-            function,
-            key,
-            at: NamedValues(states.chain(clock).map(rounded).collect()),
-        }
+        let model = &self.scene.model;
+        NotLocated::Corner { function, key: place.key(model), at: named(model, state) }
     }
+}
+
+/// A square root, logarithm or real power of the free flow, an event function or a reset whose
+/// argument is 0 at the place where a flow from `start` stops; `None` if the flow goes on for the
+/// duration, or stops for another reason.
+pub(super) fn singular(
+    scene: &Scene,
+    start: &[f64],
+    parameters: &[f64],
+    duration: f64,
+) -> Option<NotLocated> {
+    let (model, mut last) = (&scene.model, start.to_vec());
+    let flown = each_step(&watching(scene), start, parameters, duration, |_, length, _, step| {
+        step.state_at(length, &mut last);
+        None::<()>
+    });
+    flown.err()?;
+    let inputs: Vec<f64> = last.iter().chain(parameters).copied().collect();
+    let mut values = Vec::new();
+    model.graph.evaluate(&inputs, &mut values);
+    let singular = expressions(scene).flat_map(|(place, expression)| {
+        let operations = model.graph.singular_operations(expression).into_iter();
+        operations.map(move |operation| (place, operation))
+    });
+    let mut at_zero =
+        singular.filter(|(_, operation)| values[operation.argument.index()].abs() <= AT_ZERO);
+    let (place, CornerOperation { function, .. }) = at_zero.next()?;
+    Some(NotLocated::NoSeries { function, key: place.key(model), at: named(model, &last) })
+}
+
+/// State with its names; the phase within its period.
+fn named(model: &Model, state: &[f64]) -> NamedValues {
+    let phase = model.phase.iter().map(|phase| (&phase.name, phase.period.to_f64()));
+    let (states, clock) = state.split_at(model.states.len());
+    let clock = clock.iter().zip(phase);
+    let clock = clock.map(|(value, (name, period))| (name.clone(), value.rem_euclid(period)));
+    let states = model.states.iter().cloned().zip(states.iter().copied());
+    NamedValues(states.chain(clock).map(rounded).collect())
 }
 
 /// Expressions of the free flow, the event functions and the rigid impacts.

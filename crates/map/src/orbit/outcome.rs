@@ -91,6 +91,21 @@ pub enum NotLocated {
         /// Full state at the corner.
         at: NamedValues,
     },
+    /// The free flow stops where the argument of a function is 0 that has no Taylor series there.
+    #[error(
+        "{} in `{key}` has the argument 0 at {at}: there is no Taylor series there, and the flow \
+         stops; keep the argument away from 0, as in `sqrt(a^2 + e^2)` for `sqrt(a^2)`, or give a \
+         whole exponent",
+        function_words(function)
+    )]
+    NoSeries {
+        /// `sqrt`, `log` or `^`.
+        function: &'static str,
+        /// Key of the expression in the scene.
+        key: String,
+        /// Full state there.
+        at: NamedValues,
+    },
     /// The orbit touches the surface without a simple minimum of the event function.
     #[error(
         "degenerate graze of `{surface}` at {at}: h'' = {normal_acceleration:.6e} (h'' T²/max h = \
@@ -351,6 +366,14 @@ fn same_surface(surface: &str, grazed: &[String]) -> &'static str {
              the graze there)"
         }
         false => "",
+    }
+}
+
+/// Description of a function without a Taylor series at 0.
+fn function_words(function: &str) -> String {
+    match function {
+        "^" => "a power with an exponent that is not whole".to_owned(),
+        named => format!("`{named}`"),
     }
 }
 

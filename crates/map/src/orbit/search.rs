@@ -2,7 +2,7 @@
 
 use super::arclength::{Bordered, CORRECTION, GROWTH, STRAIGHT, distance, dot, tangent};
 use super::effort::Effort;
-use super::free_flow::{Minimum, each_step, gaps, watching};
+use super::free_flow::{Minimum, each_step, gaps, singular, watching};
 use super::grazing_orbit::with_reduced_phase;
 use super::newton::{Equations, Scaled, solve};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
@@ -128,7 +128,7 @@ impl<'a> Search<'a> {
             None => {
                 let (settled, change) = self.settle(start, value);
                 let orbit = self.periodic(value, &settled);
-                orbit.ok_or_else(|| Stop::Ended(self.no_orbit(value, change)))?
+                orbit.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, change)))?
             }
         };
         let mut looked = Looked::at(&first);
@@ -381,8 +381,16 @@ impl<'a> Search<'a> {
         self.scene.model.parameters[self.parameter].name.clone()
     }
 
-    fn no_orbit(&self, value: f64, change: f64) -> NotLocated {
-        NotLocated::NoPeriodicOrbit { parameter: self.name(), value, periods: SETTLING, change }
+    fn no_orbit(&self, start: &[f64], value: f64, change: f64) -> NotLocated {
+        let period = self.system.period(&self.unknowns(start, value));
+        let stops = || singular(self.scene, start, &self.parameters(value), period);
+        let singular = if change.is_nan() { stops() } else { None };
+        singular.unwrap_or_else(|| NotLocated::NoPeriodicOrbit {
+            parameter: self.name(),
+            value,
+            periods: SETTLING,
+            change,
+        })
     }
 
     fn wrong_side(&self, orbit: &Periodic) -> NotLocated {

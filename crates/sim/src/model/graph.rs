@@ -207,7 +207,7 @@ impl ExpressionGraph {
 /// An operation that is not analytic where its argument is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CornerOperation {
-    /// `abs`, `sign`, `min` or `max`.
+    /// `abs`, `sign`, `min` or `max`; or `sqrt`, `log` or `^`.
     pub function: &'static str,
     /// Argument of `abs` or `sign`; for `min` and `max` the difference of both arguments.
     pub argument: NodeId,
@@ -228,12 +228,40 @@ impl ExpressionGraph {
     /// assert_eq!((corners[0].function, corners[0].argument), ("abs", x));
     /// ```
     pub fn corner_operations(&mut self, node: NodeId) -> Vec<CornerOperation> {
-        let needed = self.needed_by(&[node]);
-        let operations: Vec<Node> = (self.nodes.iter().zip(needed))
-            .filter_map(|(&operation, needed)| needed.then_some(operation))
-            .collect();
-        let corners = operations.into_iter();
+        let corners = self.operations(node).into_iter();
         corners.filter_map(|operation| self.corner_operation(operation)).collect()
+    }
+
+    /// Square roots, logarithms and powers with a real exponent on which a node depends, operands
+    /// first. They have no Taylor series where their argument is 0.
+    ///
+    /// ```
+    /// use grazemap_sim::model::{ExpressionGraph, Unary};
+    ///
+    /// let mut graph = ExpressionGraph::new();
+    /// let x = graph.input(0);
+    /// let root = graph.unary(Unary::Sqrt, x);
+    /// let singular = graph.singular_operations(root);
+    /// assert_eq!((singular[0].function, singular[0].argument), ("sqrt", x));
+    /// ```
+    pub fn singular_operations(&self, node: NodeId) -> Vec<CornerOperation> {
+        let singular = |operation| {
+            let (function, argument) = match operation {
+                Node::Unary(Unary::Sqrt, a) => ("sqrt", a),
+                Node::Unary(Unary::Log, a) => ("log", a),
+                Node::PowerReal(a, _) => ("^", a),
+                _ => return None,
+            };
+            Some(CornerOperation { function, argument })
+        };
+        self.operations(node).into_iter().filter_map(singular).collect()
+    }
+
+    /// Operations on which a node depends, operands first.
+    fn operations(&self, node: NodeId) -> Vec<Node> {
+        let needed = self.needed_by(&[node]);
+        let operations = self.nodes.iter().zip(needed);
+        operations.filter_map(|(&operation, needed)| needed.then_some(operation)).collect()
     }
 
     fn corner_operation(&mut self, operation: Node) -> Option<CornerOperation> {
