@@ -79,7 +79,7 @@ impl Map {
 
     /// Coefficients, as in the program's table.
     fn polynomials(&self, py: Python<'_>) -> PyResult<Computed> {
-        let table = self.0.listing().and_then(|listing| Ok(listing.coefficient_table()?));
+        let table = self.0.listing().map(|listing| listing.coefficient_table());
         let table = table.map_err(|error| exception(py, &error))?;
         Ok(Computed::of(Answer::new("map", String::new(), self.to_json(py)?, table)))
     }

@@ -147,7 +147,7 @@ pub fn run(
     remarks(map.remarks().collect());
     watch.begin(folder.path(), &map);
     folder.write("map.json", map.to_json()?)?;
-    folder.write("map.csv", map.listing()?.coefficient_table()?.to_csv()?)?;
+    folder.write("map.csv", map.listing()?.coefficient_table().to_csv()?)?;
 
     let request = EmitRequest { command: watch.emission(&crate_folder), ..EmitRequest::default() };
     let module = clock.time("emission", || map.module(request))?;

@@ -81,11 +81,7 @@ pub trait Drawable: Serialize + Send + Sync + Sized {
     fn give_bulk(&mut self, bulk: Self::Bulk);
 
     /// Text about all results.
-    ///
-    /// # Errors
-    ///
-    /// [`ReportError`] if a table cannot be laid out.
-    fn text(results: &[Self]) -> Result<String, ReportError>;
+    fn text(results: &[Self]) -> String;
 
     /// Table of all results.
     fn rows(results: &[Self]) -> Rows<'_>;
@@ -206,7 +202,7 @@ impl<T: Drawable> Drawn<T> {
 
 impl<T: Drawable> Results for Drawn<T> {
     fn text(&self) -> Result<String, Error> {
-        Ok(T::text(&self.results)?)
+        Ok(T::text(&self.results))
     }
 
     fn write_document(&mut self, extent: Extent, out: &mut dyn Write) -> Result<(), ReportError> {
@@ -286,8 +282,8 @@ impl Drawable for Diagram {
         self.sweeps.iter_mut().zip(bulk).for_each(|(sweep, points)| sweep.points = points);
     }
 
-    fn text(diagrams: &[Self]) -> Result<String, ReportError> {
-        Ok(diagram_timing_table(diagrams)?.to_text())
+    fn text(diagrams: &[Self]) -> String {
+        diagram_timing_table(diagrams).to_text()
     }
 
     fn rows(diagrams: &[Self]) -> Rows<'_> {
@@ -330,11 +326,11 @@ impl Drawable for Chart {
         self.cells = bulk;
     }
 
-    fn text(charts: &[Self]) -> Result<String, ReportError> {
+    fn text(charts: &[Self]) -> String {
         let computed = charts.iter().filter_map(chart_computed_words);
         let words = computed.chain(charts.iter().filter_map(chart_overlay_words));
         let lines: String = words.map(|words| format!("{words}\n")).collect();
-        Ok(chart_timing_table(charts)?.to_text() + &lines)
+        chart_timing_table(charts).to_text() + &lines
     }
 
     fn rows(charts: &[Self]) -> Rows<'_> {
@@ -377,8 +373,8 @@ impl Drawable for Basin {
         self.cells = bulk;
     }
 
-    fn text(basins: &[Self]) -> Result<String, ReportError> {
-        Ok(basins.iter().map(basin_text).collect::<Result<Vec<_>, _>>()?.join("\n"))
+    fn text(basins: &[Self]) -> String {
+        basins.iter().map(basin_text).collect::<Vec<_>>().join("\n")
     }
 
     fn rows(basins: &[Self]) -> Rows<'_> {

@@ -11,8 +11,8 @@ use super::table::significant;
 use super::window_words::{escape_words, filled_words};
 use super::{Cell, Column, ReportError, Rows, Table, npy_bytes};
 use crate::analysis::basin::{
-    Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare, ManifoldBranch, ManifoldKind,
-    Manifolds,
+    Attractor, Basin, BasinAttractor, BasinAxis, BasinClass, BasinShare, ManifoldBranch,
+    ManifoldKind, Manifolds,
 };
 use crate::iteration::Period;
 use crate::model::Method;
@@ -114,11 +114,7 @@ fn manifold_series(manifolds: &Manifolds, kind: ManifoldKind, places: [usize; 2]
 }
 
 /// Table of the manifolds of a basin, one row per half of a curve.
-///
-/// # Errors
-///
-/// Never in practice: every row has one cell for every column.
-pub fn manifold_table(basin: &Basin, manifolds: &Manifolds) -> Result<Table, ReportError> {
+pub fn manifold_table(basin: &Basin, manifolds: &Manifolds) -> Table {
     let scales = manifold_scales(basin);
     let saddle = |branch: &ManifoldBranch| &manifolds.saddles[branch.saddle];
     let multipliers = |branch: &ManifoldBranch| {
@@ -134,7 +130,7 @@ pub fn manifold_table(basin: &Basin, manifolds: &Manifolds) -> Result<Table, Rep
         .count("points", |branch| branch.pieces.iter().map(Vec::len).sum::<usize>())
         .number("length", 4, |branch| branch.length(scales))
         .text("the curve", |branch| branch.end.words());
-    Ok(table.made())
+    table.made()
 }
 
 /// Widths of the plane, by section coordinate.
@@ -249,70 +245,47 @@ pub fn basin_array(basin: &Basin) -> Result<Vec<u8>, ReportError> {
 }
 
 /// Table of the attractors of a basin and the shares of all classes.
-///
-/// # Errors
-///
-/// Never in practice: every row has one cell for every column.
-pub fn basin_table(basin: &Basin) -> Result<Table, ReportError> {
-    let mut table = Table::new(vec![
-        Column::text("attractor"),
-        Column::text("itinerary"),
-        Column::number("period"),
-        Column::text(orbit_header(&basin.surfaces)),
-        Column::number("largest multiplier"),
-        Column::number("exponent"),
-        Column::number("fraction"),
-        Column::number("± border"),
-        Column::number("± sampling"),
-    ]);
-    for (number, found) in basin.attractors.iter().enumerate() {
-        let attractor = &found.attractor;
-        let largest = attractor.multipliers.first().map(|[re, im]| re.hypot(*im));
-        let text = |value: Option<String>| value.map_or(Cell::Missing, Cell::text);
-        let number_of = |value: Option<f64>| value.map_or(Cell::Missing, |v| Cell::number(v, 6));
-        let mut row = vec![
-            Cell::text((number + 1).to_string()),
-            text(attractor.itinerary.as_ref().map(ToString::to_string)),
-            period_cell(attractor.period),
-            text(attractor.orbit.as_ref().map(ToString::to_string)),
-            number_of(largest),
-            number_of(attractor.lyapunov),
-        ];
-        row.extend(share_cells(&found.share));
-        table.push(row)?;
-    }
+pub fn basin_table(basin: &Basin) -> Table {
+    let attractors =
+        basin.attractors.iter().enumerate().map(|(number, found)| {
+            ((number + 1).to_string(), Some(&found.attractor), &found.share)
+        });
     let others = [
-        (ESCAPED, basin.escaped),
-        (NO_IMAGE, basin.no_image),
-        (OUTSIDE, basin.outside),
-        (UNDECIDED, basin.undecided),
+        (ESCAPED, &basin.escaped),
+        (NO_IMAGE, &basin.no_image),
+        (OUTSIDE, &basin.outside),
+        (UNDECIDED, &basin.undecided),
     ];
-    for (word, share) in others.into_iter().filter(|(_, share)| share.count > 0) {
-        let mut row = vec![Cell::text(word)];
-        row.extend([const { Cell::Missing }; 5]);
-        row.extend(share_cells(&share));
-        table.push(row)?;
-    }
-    Ok(table)
-}
-
-fn share_cells(share: &BasinShare) -> [Cell; 3] {
-    [
-        share_cell(share.fraction),
-        Cell::number(share.boundary, 2),
-        Cell::number(share.statistical, 2),
-    ]
+    let others = others.into_iter().filter(|(_, share)| share.count > 0);
+    let others = others.map(|(word, share)| (word.to_owned(), None, share));
+    let rows: Vec<(String, Option<&Attractor>, &BasinShare)> = attractors.chain(others).collect();
+    let words = |text: Option<String>| text.map_or(Cell::Missing, Cell::text);
+    let largest =
+        |attractor: &Attractor| attractor.multipliers.first().map(|[re, im]| re.hypot(*im));
+    Table::of(&rows)
+        .text("attractor", |(name, ..)| name)
+        .column(Column::text("itinerary"), |(_, of, _)| {
+            words(of.and_then(|of| of.itinerary.as_ref()).map(ToString::to_string))
+        })
+        .column(Column::number("period"), |(_, of, _)| {
+            of.map_or(Cell::Missing, |of| period_cell(of.period))
+        })
+        .column(Column::text(orbit_header(&basin.surfaces)), |(_, of, _)| {
+            words(of.and_then(|of| of.orbit.as_ref()).map(ToString::to_string))
+        })
+        .number("largest multiplier", 6, |(_, of, _)| of.and_then(largest))
+        .number("exponent", 6, |(_, of, _)| of.and_then(|of| of.lyapunov))
+        .column(Column::number("fraction"), |(.., share)| share_cell(share.fraction))
+        .number("± border", 2, |(.., share)| share.boundary)
+        .number("± sampling", 2, |(.., share)| share.statistical)
+        .made()
 }
 
 /// Basin as text: words, table, manifolds, remarks and time.
-///
-/// # Errors
-///
-/// Those of its tables.
-pub fn basin_text(basin: &Basin) -> Result<String, ReportError> {
-    let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin)?.to_text());
+pub fn basin_text(basin: &Basin) -> String {
+    let mut text = format!("{}\n{}\n", basin_words(basin), basin_table(basin).to_text());
     if let Some(manifolds) = &basin.manifolds {
-        text.push_str(&format!("{}\n", manifold_table(basin, manifolds)?.to_text()));
+        text.push_str(&format!("{}\n", manifold_table(basin, manifolds).to_text()));
     }
     for remark in basin_remarks(basin) {
         text.push_str(&format!("{remark}\n"));
@@ -322,7 +295,7 @@ pub fn basin_text(basin: &Basin) -> Result<String, ReportError> {
         "{} iterates in {:.2} s on {} threads\n",
         timing.iterates, timing.seconds, timing.threads
     ));
-    Ok(text)
+    text
 }
 
 /// Parameters, plane and method of a basin, as text.

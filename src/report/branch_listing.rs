@@ -14,7 +14,7 @@ use super::orbits_listing::{
     OrbitRecord, OrbitsListing, multipliers, unfinished_remark, using_words,
 };
 use super::table::{counted, significant};
-use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use super::{Cell, Column, Named, SectionDocument, Table};
 use crate::analysis::branches::{
     BranchDiagram, BranchEnd, BranchLabel, BranchObservable, BranchPoint, Branches, Special,
 };
@@ -151,99 +151,71 @@ impl BranchListing {
     }
 
     /// Table of the special points, for people: one row each, numbered from 1.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn special_table(&self) -> Result<Table, ReportError> {
-        let mut columns = vec![Column::number("point"), Column::number("branch")];
-        columns.extend(["itinerary", "label"].map(Column::text));
-        columns.push(Column::number(self.along.as_str()));
-        columns.push(Column::number(format!("{}_value", self.along)));
-        columns.extend(self.section.coordinates.iter().map(Column::number));
-        columns.extend(["multipliers", "impact speeds"].map(Column::text));
-        columns.push(Column::number("coefficient"));
-        columns.push(Column::text("window"));
-        let mut table = Table::new(columns);
-        let points = self.points().filter(|(_, point)| point.special.is_some());
-        for (number, (branch, point)) in (1..).zip(points) {
-            let Some(special) = &point.special else { continue };
-            let (offset, value) = self.along(&point.orbit);
-            let mut row = vec![
-                Cell::Integer(number),
-                Cell::Integer(branch.branch as i64),
-                Cell::text(&branch.itinerary),
-                Cell::text(special.label.letters()),
-                Cell::number(offset, 10),
-                Cell::number(value, 10),
-            ];
-            row.extend(point.orbit.state.0.iter().map(|(_, value)| Cell::number(*value, 5)));
-            row.push(Cell::text(multipliers(&point.orbit.multipliers)));
-            row.push(Cell::text(point.orbit.speeds(4, ", ")));
-            row.push(special.coefficient.map_or(Cell::Missing, |value| Cell::number(value, 5)));
-            row.push(Cell::text(if point.orbit.inside { "inside" } else { "outside" }));
-            table.push(row)?;
-        }
-        Ok(table)
+    pub fn special_table(&self) -> Table {
+        let special = self.points().filter_map(|(branch, point)| {
+            point.special.as_ref().map(|special| (branch, &point.orbit, special))
+        });
+        let value = format!("{}_value", self.along);
+        Table::of(special.enumerate())
+            .count("point", |(number, _)| number + 1)
+            .count("branch", |(_, (branch, ..))| branch.branch)
+            .text("itinerary", |(_, (branch, ..))| &branch.itinerary)
+            .text("label", |(_, (.., special))| special.label.letters())
+            .number(&self.along, 10, |(_, (_, orbit, _))| self.along(orbit).0)
+            .number(&value, 10, |(_, (_, orbit, _))| self.along(orbit).1)
+            .numbers(&self.section.coordinates, 5, |(_, (_, orbit, _)), place| {
+                orbit.state.0[place].1
+            })
+            .text("multipliers", |(_, (_, orbit, _))| multipliers(&orbit.multipliers))
+            .text("impact speeds", |(_, (_, orbit, _))| orbit.speeds(4, ", "))
+            .number("coefficient", 5, |(_, (.., special))| special.coefficient)
+            .text("window", |(_, (_, orbit, _))| if orbit.inside { "inside" } else { "outside" })
+            .made()
     }
 
     /// Table of all points with all digits, for programs: one column per number.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn data_table(&self) -> Result<Table, ReportError> {
-        let mut columns = vec![Column::number("branch"), Column::text("itinerary")];
-        columns.push(Column::number("period"));
-        columns.extend([self.along.clone(), format!("{}_value", self.along)].map(Column::number));
-        columns.extend(self.section.coordinates.iter().map(Column::number));
+    pub fn data_table(&self) -> Table {
+        let value = format!("{}_value", self.along);
         let count = self.section.coordinates.len();
         let parts = (1..=count).flat_map(|n| [format!("re{n}"), format!("im{n}")]);
-        columns.extend(parts.map(Column::number));
-        columns.extend(["stable", "physical", "inside"].map(Column::number));
-        columns.extend(["speeds", "label", "name"].map(Column::text));
-        columns.extend(self.observed().into_iter().map(Column::number));
-        let mut table = Table::new(columns);
-        for (branch, point) in self.points() {
-            let orbit = &point.orbit;
-            let (offset, value) = self.along(orbit);
-            let mut row = vec![
-                Cell::Integer(branch.branch as i64),
-                Cell::text(&branch.itinerary),
-                Cell::Integer(branch.period as i64),
-                Cell::number(offset, 12),
-                Cell::number(value, 12),
-            ];
-            row.extend(orbit.state.0.iter().map(|(_, value)| Cell::number(*value, 12)));
-            let numbers = orbit.multipliers.iter().flatten();
-            let numbers = numbers.map(|value| Cell::number(*value, 12));
-            row.extend(numbers.chain(std::iter::repeat(Cell::Missing)).take(2 * count));
-            // NOTE: an orbit whose multipliers are not numbers is neither stable nor unstable.
-            let known = !orbit.multipliers.is_empty();
-            row.push(if known { Cell::Integer(orbit.stable.into()) } else { Cell::Missing });
-            row.extend([orbit.physical, orbit.inside].map(|flag| Cell::Integer(flag.into())));
-            row.push(Cell::text(orbit.speeds(16, " ")));
+        let label = |point: &PointRecord| {
             let label = point.special.as_ref().map(|special| special.label.letters());
-            row.push(label.map_or(Cell::Missing, Cell::text));
-            row.push(Cell::text(&orbit.name));
-            let observed = point.observed.0.iter().map(|(_, value)| match value.is_finite() {
-                true => Cell::number(*value, 12),
-                false => Cell::Missing,
-            });
-            row.extend(observed);
-            table.push(row)?;
-        }
-        Ok(table)
+            label.map_or(Cell::Missing, Cell::text)
+        };
+        Table::of(self.points())
+            .count("branch", |(branch, _)| branch.branch)
+            .text("itinerary", |(branch, _)| &branch.itinerary)
+            .count("period", |(branch, _)| branch.period)
+            .number(&self.along, 12, |(_, point)| self.along(&point.orbit).0)
+            .number(&value, 12, |(_, point)| self.along(&point.orbit).1)
+            .numbers(&self.section.coordinates, 12, |(_, point), place| {
+                point.orbit.state.0[place].1
+            })
+            .numbers(parts, 12, |(_, point), place| {
+                point.orbit.multipliers.as_flattened().get(place).copied()
+            })
+            .column(Column::number("stable"), |(_, PointRecord { orbit, .. })| {
+                // NOTE: an orbit whose multipliers are not numbers is neither stable nor unstable.
+                match orbit.multipliers.is_empty() {
+                    true => Cell::Missing,
+                    false => Cell::Integer(orbit.stable.into()),
+                }
+            })
+            .flag("physical", |(_, point)| point.orbit.physical)
+            .flag("inside", |(_, point)| point.orbit.inside)
+            .text("speeds", |(_, point)| point.orbit.speeds(16, " "))
+            .column(Column::text("label"), |(_, point)| label(point))
+            .text("name", |(_, point)| &point.orbit.name)
+            .numbers(self.observed(), 12, |(_, point), place| {
+                Some(point.observed.0[place].1).filter(|value| value.is_finite())
+            })
+            .made()
     }
 
     /// Special points of the branches, as text.
-    ///
-    /// # Errors
-    ///
-    /// As [`special_table`](Self::special_table).
-    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+    pub fn text(&self, scene: &str) -> String {
         let points = self.branches.iter().map(|branch| branch.points.len()).sum();
-        Ok(format!(
+        format!(
             "branches of `{scene}` in {} by {}: {} with {}\n{}\noffsets on the {}\n\n{}",
             self.along,
             using_words(self.using),
@@ -251,8 +223,8 @@ impl BranchListing {
             counted(points, "point"),
             self.stability_words(),
             self.section.words(),
-            self.special_table()?.to_text()
-        ))
+            self.special_table().to_text()
+        )
     }
 
     /// Lines that say where each branch is stable and physical.

@@ -3,7 +3,7 @@
 use super::choice::{accuracy_words, chosen_words, sections_words, shape_word, validity_words};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Palette, Series, Stroke};
 use super::table::ByColumn;
-use super::{Cell, Column, ReportError, Section, Table};
+use super::{Cell, Column, Section, Table};
 use crate::convergence::{
     ConvergenceStudy, DepthAccuracy, FactorRate, OrderResult, ParetoPoint, Validity,
 };
@@ -32,21 +32,13 @@ pub fn without_times(study: &ConvergenceStudy) -> ConvergenceStudy {
 }
 
 /// Table of every pair of orders and shape: error, rate, cost.
-///
-/// # Errors
-///
-/// Never in practice: every row has one cell for every column.
-pub fn convergence_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
+pub fn convergence_table(study: &ConvergenceStudy) -> Table {
     let all: Vec<&OrderResult> = study.orders.iter().collect();
     order_table(&all)
 }
 
 /// Study as text.
-///
-/// # Errors
-///
-/// As [`convergence_table`].
-pub fn convergence_text(study: &ConvergenceStudy) -> Result<String, ReportError> {
+pub fn convergence_text(study: &ConvergenceStudy) -> String {
     let direct = format!(
         "direct simulation ({}): {:.0} ns a return, error {:.1e}",
         study.direct.method, study.direct.period_ns, study.direct.error_estimate
@@ -55,13 +47,13 @@ pub fn convergence_text(study: &ConvergenceStudy) -> Result<String, ReportError>
         words if words.is_empty() => words,
         words => words + "\n",
     };
-    Ok(format!(
+    format!(
         "{}\n{direct}\n{sections}{}\n{}\n\n{}",
         chosen_words(study),
         validity_words(&study.validity),
         accuracy_words(&study.accuracy),
-        convergence_table(study)?.to_text()
-    ))
+        convergence_table(study).to_text()
+    )
 }
 
 /// Figures of a study, each with the suffix of its file name and a caption.
@@ -118,11 +110,7 @@ fn is_measured(rates: &[FactorRate]) -> bool {
 }
 
 /// Page section about a study.
-///
-/// # Errors
-///
-/// Never in practice: every row has one cell for every column.
-pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportError> {
+pub fn convergence_section(study: &ConvergenceStudy) -> Section {
     let excluded = match study.sample.excluded {
         0 => String::new(),
         count => format!(
@@ -138,7 +126,7 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
         chosen_words(study)
     ));
     section = section.table(
-        page_table(&diagonal(study))?,
+        page_table(&diagonal(study)),
         "Factored maps whose orders grow \
         together: error of one image over the window, its rate in y measured beside the one \
         expected, time of a step with the parameters frozen, interpreted in process.",
@@ -146,25 +134,24 @@ pub fn convergence_section(study: &ConvergenceStudy) -> Result<Section, ReportEr
     for (_, figure, caption) in convergence_figures(study) {
         section = section.figure(figure, caption);
     }
-    section =
-        section.table(rate_table(study)?, "Measured exponents of the errors of both factors.");
+    section = section.table(rate_table(study), "Measured exponents of the errors of both factors.");
     section = section
         .table(
-            pareto_table(study)?,
+            pareto_table(study),
             "Speed against accuracy: the maps that no other one beats in both, and direct \
                 simulation.",
         )
         .table(
-            validity_table(&study.validity)?,
+            validity_table(&study.validity),
             "The largest window on which the chosen map stays within the tolerance; below the \
                 first row each width alone, all else being that of the scaled window.",
         )
         .prose(format!("{} {}", validity_words(&study.validity), accuracy_words(&study.accuracy)));
-    Ok(section.prose(format!(
+    section.prose(format!(
         "Direct simulation ({}) takes {:.0} ns a return and differs from double-double by up to \
             {:.1e} on the same points.",
         study.direct.method, study.direct.period_ns, study.direct.error_estimate
-    )))
+    ))
 }
 
 /// Maps evaluated stage by stage on the diagonal of orders, `W = N + 1`.
@@ -183,7 +170,7 @@ fn ordered<'a>(orders: &[&'a OrderResult]) -> ByColumn<&'a OrderResult> {
         .count("W", |order| order.orders.contact_weight)
 }
 
-fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
+fn order_table(orders: &[&OrderResult]) -> Table {
     let table = ordered(orders)
         .text("shape", |order| shape_word(order.shape))
         .number("largest error", 3, |order| finite(order.error.max))
@@ -197,11 +184,11 @@ fn order_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
         .unit("ns")
         .number("floor", 3, |order| finite(order.floor_ns))
         .unit("ns");
-    Ok(table.made())
+    table.made()
 }
 
 /// Table with as many columns as a page has room for; the CSV holds all.
-fn page_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
+fn page_table(orders: &[&OrderResult]) -> Table {
     let table = ordered(orders)
         .number("largest error", 3, |order| finite(order.error.max))
         .number("median error", 3, |order| finite(order.error.median))
@@ -210,10 +197,10 @@ fn page_table(orders: &[&OrderResult]) -> Result<Table, ReportError> {
         .count("coefficients", |order| order.coefficients)
         .number("step", 3, |order| finite(order.step_ns))
         .unit("ns");
-    Ok(table.made())
+    table.made()
 }
 
-fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
+fn rate_table(study: &ConvergenceStudy) -> Table {
     let factors = [
         ("D, in y", &study.discontinuity_rates),
         ("P_smooth, in the distance", &study.smooth_rates),
@@ -226,7 +213,7 @@ fn rate_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
         .number("measured", 4, |(_, of)| finite(of.rate.measured))
         .number("±", 2, |(_, of)| finite(of.rate.uncertainty))
         .number("expected", 3, |(_, of)| of.rate.expected);
-    Ok(table.made())
+    table.made()
 }
 
 /// Finite value, or `None`.
@@ -335,7 +322,7 @@ fn frontier(study: &ConvergenceStudy) -> Vec<&OrderResult> {
 }
 
 /// Table of the Pareto front, fastest map first, direct simulation last.
-fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
+fn pareto_table(study: &ConvergenceStudy) -> Table {
     let method = |point: &ParetoPoint| match &point.map {
         Some(map) => shape_word(map.shape).to_owned(),
         None => direct_words(point.direct.as_deref().unwrap_or_default()),
@@ -349,11 +336,11 @@ fn pareto_table(study: &ConvergenceStudy) -> Result<Table, ReportError> {
         .number("step", 3, |point| finite(point.step_ns))
         .unit("ns")
         .number("largest error", 3, |point| finite(point.error));
-    Ok(table.made())
+    table.made()
 }
 
 /// Table of the window's scale factor, then of every half-width.
-fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
+fn validity_table(validity: &Validity) -> Table {
     let whole = [("factor of the scene's window", validity.scale), ("depth y²", validity.depth)];
     let widths = validity.state.iter().chain(&validity.parameter);
     let widths = widths.map(|(name, width)| (name.as_str(), *width));
@@ -362,7 +349,7 @@ fn validity_table(validity: &Validity) -> Result<Table, ReportError> {
         3,
         |(_, width)| finite(width),
     );
-    Ok(table.made())
+    table.made()
 }
 
 /// Figure of the errors of map and direct simulation against depth; `None` without windows.

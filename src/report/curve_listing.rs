@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, Stroke, symbol};
 use super::orbit_listing::{ConditionsListing, surface_of};
 use super::table::counted;
-use super::{Cell, Column, Named, ReportError, Table};
+use super::{Named, Table};
 use crate::model::Scene;
 use crate::numeric::Shown;
 use crate::orbit::{CurveEnd, CurvePoint, GrazingCurve, Margin, SpecialKind, SpecialPoint};
@@ -242,47 +242,38 @@ impl CurveListing {
     }
 
     /// Table of the points: parameters, state, multipliers, `xi_n`.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every point has the same columns.
-    pub fn table(&self) -> Result<Table, ReportError> {
-        let mut table = Table::new(self.columns());
-        for point in &self.points {
-            let multipliers = point.multipliers.iter().flatten();
-            let named = point.parameters.0.iter().chain(&point.state.0).map(|(_, value)| value);
-            let others = point.other_conditions().flat_map(|pair| &pair.values);
-            let numbers = named
-                .chain([&point.normal_acceleration])
-                .chain(multipliers)
-                .chain(&point.xi)
-                .chain(others);
-            let numbers = numbers.map(|&value| Cell::number(value, 12));
-            table.push(numbers.chain([Cell::Integer(point.physical.into())]).collect())?;
+    pub fn table(&self) -> Table {
+        let headers = self.points.first().map_or_else(Vec::new, CurvePointListing::headers);
+        let table = Table::of(&self.points);
+        let table = table.numbers(headers, 12, |point, place| point.numbers().get(place).copied());
+        match self.points.is_empty() {
+            true => table.made(),
+            false => table.flag("physical", |point| point.physical).made(),
         }
-        Ok(table)
     }
+}
 
-    fn columns(&self) -> Vec<Column> {
-        let Some(point) = self.points.first() else {
-            return Vec::new();
-        };
-        let named = point.parameters.0.iter().chain(&point.state.0).map(|(name, _)| name.clone());
-        let multipliers = (1..=point.multipliers.len())
+impl CurvePointListing {
+    /// Names of [`numbers`](Self::numbers).
+    fn headers(&self) -> Vec<String> {
+        let named = self.parameters.0.iter().chain(&self.state.0).map(|(name, _)| name.clone());
+        let multipliers = (1..=self.multipliers.len())
             .flat_map(|n| [format!("multiplier_{n}_re"), format!("multiplier_{n}_im")]);
-        let xi = (1..=point.xi.len()).map(|n| format!("xi_{n}"));
-        let others = point.other_conditions().flat_map(|pair| {
+        let xi = (1..=self.xi.len()).map(|n| format!("xi_{n}"));
+        let others = self.other_conditions().flat_map(|pair| {
             let ends = format!("from_{}_to_{}", pair.from, pair.to);
             (1..=pair.values.len()).map(move |n| format!("xi_{n}_{ends}"))
         });
-        named
-            .chain(["normal_acceleration".to_owned()])
-            .chain(multipliers)
-            .chain(xi)
-            .chain(others)
-            .chain(["physical".to_owned()])
-            .map(Column::number)
-            .collect()
+        let acceleration = ["normal_acceleration".to_owned()];
+        named.chain(acceleration).chain(multipliers).chain(xi).chain(others).collect()
+    }
+
+    fn numbers(&self) -> Vec<f64> {
+        let named = self.parameters.0.iter().chain(&self.state.0).map(|(_, value)| value);
+        let multipliers = self.multipliers.iter().flatten();
+        let others = self.other_conditions().flat_map(|pair| &pair.values);
+        let numbers = named.chain([&self.normal_acceleration]).chain(multipliers);
+        numbers.chain(&self.xi).chain(others).copied().collect()
     }
 }
 
@@ -522,11 +513,7 @@ impl MarginListing {
     }
 
     /// Table of the changes, one row per parameter that changes.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has one cell for every column.
-    pub fn table(&self) -> Result<Table, ReportError> {
+    pub fn table(&self) -> Table {
         let sensitivity = |at: &MarginParameter| self.sensitivities.get(&at.parameter).copied();
         let table = Table::of(&self.changes)
             .text("parameter", |at| &at.parameter)
@@ -536,15 +523,11 @@ impl MarginListing {
             .number("scale", 6, |at| at.scale)
             .number("change/scale", 12, |at| at.change / at.scale)
             .number("sensitivity", 6, sensitivity);
-        Ok(table.made())
+        table.made()
     }
 
     /// Margin as text.
-    ///
-    /// # Errors
-    ///
-    /// As [`table`](Self::table).
-    pub fn text(&self) -> Result<String, ReportError> {
+    pub fn text(&self) -> String {
         let pairs = |named: &Named<f64>, digits: usize| -> String {
             let pairs = named.0.iter();
             let pairs = pairs.map(|(name, value)| format!("{name} = {value:.digits$e}"));
@@ -554,7 +537,7 @@ impl MarginListing {
             "margin {:.12e}: the smallest change that grazes, in the scales below; {}\n\n{}\n",
             self.margin,
             if self.clears { "positive: clear of the stop" } else { "negative: beyond the stop" },
-            self.table()?.to_text()
+            self.table().to_text()
         );
         text.push_str(match self.clears {
             true => "at the scene's values the free orbit stays clear of the stop\n",
@@ -582,6 +565,6 @@ impl MarginListing {
                 ),
             });
         }
-        Ok(text)
+        text
     }
 }

@@ -6,16 +6,6 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// The number of cells in a table row differs from the number of columns.
-    #[error("table row {row} has {found} cells, expected {expected}, one for every column")]
-    RowWidth {
-        /// Index of the refused row, from 0.
-        row: usize,
-        /// Number of columns of the table.
-        expected: usize,
-        /// Number of cells offered.
-        found: usize,
-    },
     /// The number of values does not fit the shape of the array.
     #[error("an array of shape {shape:?} takes {expected} values, found {found}")]
     ArrayShape {

@@ -1,8 +1,8 @@
 //! Fits to measured points and orbits under noise: text, tables and figures.
 
+use super::Table;
 use super::diagram_figure::offset_axis;
 use super::figure::{Axis, Figure, Series, Stroke, symbol};
-use super::{ReportError, Table};
 use crate::analysis::fit::{Fit, FitEnd, misfit};
 use crate::analysis::noise::{NoiseRequest, NoisyOrbits};
 use crate::expansion::LocalMap;
@@ -11,25 +11,17 @@ use crate::expansion::LocalMap;
 const DIGITS: usize = 6;
 
 /// Table of the fitted parameters, one row each.
-///
-/// # Errors
-///
-/// [`ReportError::RowWidth`] never.
-pub fn fit_table(fit: &Fit) -> Result<Table, ReportError> {
+pub fn fit_table(fit: &Fit) -> Table {
     let table = Table::of(&fit.parameters)
         .text("parameter", |fitted| &fitted.parameter)
         .number("offset", DIGITS, |fitted| fitted.offset)
         .number("value", 12, |fitted| fitted.value)
         .number("standard_error", 3, |fitted| fitted.standard_error);
-    Ok(table.made())
+    table.made()
 }
 
 /// Fit as text.
-///
-/// # Errors
-///
-/// As [`fit_table`].
-pub fn fit_text(map: &LocalMap, fit: &Fit) -> Result<String, ReportError> {
+pub fn fit_text(map: &LocalMap, fit: &Fit) -> String {
     let names = &map.section.coordinates;
     let pairs = |values: &[f64]| {
         let pairs = names.iter().zip(values);
@@ -39,7 +31,7 @@ pub fn fit_text(map: &LocalMap, fit: &Fit) -> Result<String, ReportError> {
     let mut text = format!(
         "{}\n{} numbers in {} pieces, {} steps; sum of squares {:.1} at {} degrees of freedom\n\
          noise, {known}: {}\n",
-        fit_table(fit)?.to_text(),
+        fit_table(fit).to_text(),
         fit.measured,
         fit.pieces,
         fit.steps,
@@ -54,7 +46,7 @@ pub fn fit_text(map: &LocalMap, fit: &Fit) -> Result<String, ReportError> {
             pairs(&withheld.error_over_noise)
         ));
     }
-    Ok(text)
+    text
 }
 
 /// Warnings about a fit; `by_map_alone` if no return is simulated.
@@ -79,15 +71,7 @@ pub fn fit_remarks(fit: &Fit, by_map_alone: bool) -> Vec<String> {
 }
 
 /// Table of the densities of the coordinates, one row per cell.
-///
-/// # Errors
-///
-/// [`ReportError::RowWidth`] never.
-pub fn noise_table(
-    map: &LocalMap,
-    request: &NoiseRequest,
-    found: &NoisyOrbits,
-) -> Result<Table, ReportError> {
+pub fn noise_table(map: &LocalMap, request: &NoiseRequest, found: &NoisyOrbits) -> Table {
     let coordinates = map.section.coordinates.iter().enumerate();
     let cells = coordinates.flat_map(|(coordinate, name)| {
         densities(request, found, coordinate).map(move |cell| (name, cell))
@@ -98,7 +82,7 @@ pub fn noise_table(
         .number("to", DIGITS, |(_, ([_, to], ..))| to)
         .count("count", |(_, (_, count, _))| count)
         .number("density", DIGITS, |(_, (.., density))| density);
-    Ok(table.made())
+    table.made()
 }
 
 /// Figures of the density of every coordinate, with the suffix of each file name.

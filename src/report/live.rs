@@ -140,10 +140,6 @@ impl LiveMap {
     /// Interactive data of a map: WebAssembly modules (the map's, then those of lower orders while
     /// they fit the size limit), diagrams and charts, and branches of periodic orbits. A diagram or
     /// chart over a parameter that the map does not keep stays as drawn.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: everything is numbers and names.
     pub fn new(
         map: &LocalMap,
         modules: &[(MapOrders, Vec<u8>)],

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::diagram_figure::{offset_axis, value_scale};
 use super::figure::{Annotation, Axis, Figure, Marker, Series, ShiftedScale, Stroke, symbol};
 use super::orbits_listing::{unfinished_remark, using_words};
-use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use super::{Named, SectionDocument, Table};
 use crate::analysis::loci::{
     CodimensionTwo, Loci, LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, PlaneCurve,
     PlanePoint, Tangency,
@@ -152,47 +152,30 @@ impl LociListing {
     }
 
     /// Table of the loci, for people: one row each.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn table(&self) -> Result<Table, ReportError> {
-        let mut columns = vec![Column::number("locus")];
-        columns.extend(["kind", "itinerary"].map(Column::text));
-        columns.extend(["points", "physical", "inside"].map(Column::number));
+    pub fn table(&self) -> Table {
         let ends = ["from", "to"].iter();
-        columns.extend(ends.flat_map(|end| {
-            self.plane.iter().map(move |name| Column::number(format!("{name} {end}")))
-        }));
-        let mut table = Table::new(columns);
-        for (number, locus) in self.loci.iter().enumerate() {
-            let count = |holds: &dyn Fn(&LocusPointRecord) -> bool| {
-                Cell::Integer(locus.points.iter().filter(|point| holds(point)).count() as i64)
-            };
-            let mut row = vec![
-                Cell::Integer(number as i64 + 1),
-                Cell::text(locus.kind.word()),
-                Cell::text(&locus.itinerary),
-                Cell::Integer(locus.points.len() as i64),
-                count(&|point| point.physical),
-                count(&|point| point.inside),
-            ];
-            let ends = [locus.points.first(), locus.points.last()];
-            for end in ends {
-                let place = |value: f64| Cell::number(value, 6);
-                row.extend(end.map_or([Cell::Missing, Cell::Missing], |end| end.at.map(place)));
-            }
-            table.push(row)?;
-        }
-        Ok(table)
+        let ends = ends.flat_map(|end| self.plane.iter().map(move |name| format!("{name} {end}")));
+        let end = |locus: &LocusRecord, place: usize| {
+            let points = &locus.points;
+            let point = if place < 2 { points.first() } else { points.last() };
+            point.map(|point| point.at[place % 2])
+        };
+        let count = |locus: &LocusRecord, holds: fn(&&LocusPointRecord) -> bool| {
+            locus.points.iter().filter(holds).count()
+        };
+        Table::of(self.loci.iter().enumerate())
+            .count("locus", |(number, _)| number + 1)
+            .text("kind", |(_, locus)| locus.kind.word())
+            .text("itinerary", |(_, locus)| &locus.itinerary)
+            .count("points", |(_, locus)| locus.points.len())
+            .count("physical", |(_, locus)| count(locus, |point| point.physical))
+            .count("inside", |(_, locus)| count(locus, |point| point.inside))
+            .numbers(ends, 6, |(_, locus), place| end(locus, place))
+            .made()
     }
 
     /// Table of the points of codimension two, for people.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn special_table(&self) -> Result<Table, ReportError> {
+    pub fn special_table(&self) -> Table {
         let mut table = Table::of(self.special())
             .text("point", |(.., point)| point.label.as_deref().unwrap_or_default())
             .count("locus", |(number, ..)| number + 1)
@@ -204,15 +187,11 @@ impl LociListing {
             table = table.number(&value, 14, |(.., point)| self.values(point)[place]);
         }
         let word = |point: &LocusPointRecord| if point.physical { "physical" } else { "virtual" };
-        Ok(table.text("orbit", |(.., point)| word(point)).made())
+        table.text("orbit", |(.., point)| word(point)).made()
     }
 
     /// Table of the tangencies, for people.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn tangency_table(&self) -> Result<Table, ReportError> {
+    pub fn tangency_table(&self) -> Table {
         let table = Table::of(&self.tangencies)
             .text("point", |found| &found.label)
             .text("kind", |found| found.kind.word())
@@ -220,20 +199,16 @@ impl LociListing {
             .number("from jets", 12, |found| found.coefficient)
             .number("fitted", 12, |found| found.fitted)
             .number("y over distance", 9, |found| found.slope);
-        Ok(table.made())
+        table.made()
     }
 
     /// Loci as text.
-    ///
-    /// # Errors
-    ///
-    /// As [`table`](Self::table).
-    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+    pub fn text(&self, scene: &str) -> String {
         let [first, second] = &self.plane;
         let mut text = format!(
             "loci of `{scene}` in {first} and {second} by {}; offsets from the graze\n\n{}",
             using_words(self.using),
-            self.table()?.to_text()
+            self.table().to_text()
         );
         for (number, locus) in self.crises() {
             text.push_str(&format!(
@@ -257,7 +232,7 @@ impl LociListing {
         if self.special().next().is_some() {
             text.push_str(&format!(
                 "\npoints of codimension two\n\n{}",
-                self.special_table()?.to_text()
+                self.special_table().to_text()
             ));
         }
         for surface in &self.without_kick {
@@ -270,10 +245,10 @@ impl LociListing {
             text.push_str(&format!(
                 "\ntangencies: {second} of the locus less {second} of the graze, over the square \
                  of the distance in {first}\n\n{}",
-                self.tangency_table()?.to_text()
+                self.tangency_table().to_text()
             ));
         }
-        Ok(text)
+        text
     }
 
     /// Warnings about accuracy or completeness.
@@ -296,36 +271,28 @@ impl LociListing {
     }
 
     /// Table of the points of all loci with all digits, for programs.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn data_table(&self) -> Result<Table, ReportError> {
-        let mut columns = vec![Column::number("locus")];
-        columns.extend(["kind", "itinerary"].map(Column::text));
-        for name in &self.plane {
-            columns.extend([name.clone(), format!("{name}_value")].map(Column::number));
+    pub fn data_table(&self) -> Table {
+        let points = self.loci.iter().enumerate().flat_map(|(number, locus)| {
+            locus.points.iter().map(move |point| (number, locus, point))
+        });
+        let mut table = Table::of(points)
+            .count("locus", |(number, ..)| number + 1)
+            .text("kind", |(_, locus, _)| locus.kind.word())
+            .text("itinerary", |(_, locus, _)| &locus.itinerary);
+        for (place, name) in self.plane.iter().enumerate() {
+            let value = format!("{name}_value");
+            table = table.number(name, 12, |(.., point)| point.at[place]).number(
+                &value,
+                17,
+                |(.., point)| self.values(point)[place],
+            );
         }
-        columns.extend(["stable", "physical", "inside"].map(Column::number));
-        columns.push(Column::text("label"));
-        let mut table = Table::new(columns);
-        for (number, locus) in self.loci.iter().enumerate() {
-            for point in &locus.points {
-                let mut row = vec![
-                    Cell::Integer(number as i64 + 1),
-                    Cell::text(locus.kind.word()),
-                    Cell::text(&locus.itinerary),
-                ];
-                for (offset, value) in point.at.iter().zip(self.values(point)) {
-                    row.extend([Cell::number(*offset, 12), Cell::number(value, 17)]);
-                }
-                let flags = [point.stable, point.physical, point.inside];
-                row.extend(flags.map(|flag| Cell::Integer(flag.into())));
-                row.push(Cell::text(point.label.clone().unwrap_or_default()));
-                table.push(row)?;
-            }
-        }
-        Ok(table)
+        table
+            .flag("stable", |(.., point)| point.stable)
+            .flag("physical", |(.., point)| point.physical)
+            .flag("inside", |(.., point)| point.inside)
+            .text("label", |(.., point)| point.label.as_deref().unwrap_or_default())
+            .made()
     }
 
     /// Values of the two parameters at a point.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::table::significant;
-use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use super::{Named, SectionDocument, Table};
 use crate::convergence::{Choice, MeasuredWindow, Polynomials};
 use crate::expansion::{
     ComposedMap, Contact, DepthPolynomial, DepthSeries, LeadingLaw, Leg, LostDigits, MapOrders,
@@ -187,30 +187,19 @@ impl MapListing {
 
     /// Table of the numbers of terms of each part, by coordinate; a passage may have coordinates of
     /// its own.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has one cell for every column.
-    pub fn size_table(&self) -> Result<Table, ReportError> {
-        let parts = self.parts();
-        let names = parts.iter().map(|part| Column::number(part.title.clone()));
-        let mut table = Table::new([Column::text("coordinate")].into_iter().chain(names).collect());
-        for (number, (coordinate, _)) in self.smooth.outputs.0.iter().enumerate() {
-            let counts = parts.iter().map(|part| {
-                let terms = part.map.outputs.0.get(number);
-                Cell::Integer(terms.map_or(0, |(_, terms)| terms.len()) as i64)
+    pub fn size_table(&self) -> Table {
+        let coordinates = self.smooth.outputs.0.iter().map(|(coordinate, _)| coordinate);
+        let mut table = Table::of(coordinates.enumerate()).text("coordinate", |(_, name)| name);
+        for Part { title, map, .. } in self.parts() {
+            table = table.count(&title, |(number, _)| {
+                map.outputs.0.get(number).map_or(0, |(_, terms)| terms.len())
             });
-            table.push([Cell::text(coordinate.clone())].into_iter().chain(counts).collect())?;
         }
-        Ok(table)
+        table.made()
     }
 
     /// Table of all coefficients: part, coordinate, powers by variable, value.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has one cell for every column.
-    pub fn coefficient_table(&self) -> Result<Table, ReportError> {
+    pub fn coefficient_table(&self) -> Table {
         let parts = self.parts();
         let mut variables = self.composed.variables.clone();
         for name in parts.iter().flat_map(|part| &part.map.variables) {
@@ -218,22 +207,19 @@ impl MapListing {
                 variables.push(name.clone());
             }
         }
-        let mut columns = vec![Column::text("part"), Column::text("coordinate")];
-        columns.extend(variables.iter().map(|name| Column::number(name.clone())));
-        columns.push(Column::number("value"));
-        let mut table = Table::new(columns);
-        for Part { name, map, .. } in &parts {
-            for (coordinate, terms) in &map.outputs.0 {
-                for term in terms {
-                    let mut row = vec![Cell::text(name.clone()), Cell::text(coordinate.clone())];
-                    let power = |name: &String| Cell::Integer(map.power(term, name).into());
-                    row.extend(variables.iter().map(power));
-                    row.push(Cell::number(term.value, 17));
-                    table.push(row)?;
-                }
-            }
+        let terms = parts.iter().flat_map(|part| {
+            let outputs = part.map.outputs.0.iter();
+            outputs.flat_map(move |(coordinate, terms)| {
+                terms.iter().map(move |term| (part, coordinate, term))
+            })
+        });
+        let mut table = Table::of(terms)
+            .text("part", |(part, ..)| &part.name)
+            .text("coordinate", |(_, coordinate, _)| coordinate);
+        for name in &variables {
+            table = table.count(name, |(part, _, term)| part.map.power(term, name));
         }
-        Ok(table)
+        table.number("value", 17, |(.., term)| term.value).made()
     }
 
     /// Parts with their names.

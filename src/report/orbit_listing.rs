@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::table::{digits_needed, significant};
-use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use super::{Cell, Column, Named, SectionDocument, Table};
 use crate::analysis::MeasuredSide;
 use crate::iteration::{OrbitEnd, Period};
 use crate::model::Scene;
@@ -153,42 +153,38 @@ impl OrbitListing {
     }
 
     /// Table of parameters and grazing point, in up to 16 digits; zeros to rounding are 0.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has two cells.
-    pub fn point_table(&self) -> Result<Table, ReportError> {
-        let mut table = Table::new(vec![Column::text("quantity"), Column::number("value")]);
+    pub fn point_table(&self) -> Table {
         let zero = self.zero();
-        let mut row = |name: String, value: f64| {
-            let value = if value.abs() <= zero { 0.0 } else { value };
-            table.push(vec![Cell::text(name), Cell::number(value, digits_needed(value, 16))])
-        };
-        for (name, value) in self.parameters.0.iter().chain(&self.state.0) {
-            row(name.clone(), *value)?;
-        }
-        row("period".to_owned(), self.period)?;
-        row("h''".to_owned(), self.normal_acceleration)?;
+        let mut quantities: Vec<(String, f64)> =
+            self.parameters.0.iter().chain(&self.state.0).cloned().collect();
+        quantities.push(("period".to_owned(), self.period));
+        quantities.push(("h''".to_owned(), self.normal_acceleration));
         for (number, [re, im]) in self.multipliers.iter().enumerate() {
-            row(format!("multiplier {}", number + 1), *re)?;
+            quantities.push((format!("multiplier {}", number + 1), *re));
             if *im != 0.0 {
-                row("  imaginary part".to_owned(), *im)?;
+                quantities.push(("  imaginary part".to_owned(), *im));
             }
         }
-        for (number, xi) in self.xi.iter().enumerate() {
-            row(format!("xi_{}", number + 1), *xi)?;
-        }
-        table.push(vec![Cell::text("residual"), Cell::number(self.residual, 3)])?;
-        Ok(table)
+        let xi = self.xi.iter().enumerate();
+        quantities.extend(xi.map(|(number, xi)| (format!("xi_{}", number + 1), *xi)));
+        let shown = |value: f64| {
+            let value = if value.abs() <= zero { 0.0 } else { value };
+            Cell::number(value, digits_needed(value, 16))
+        };
+        let residual = ("residual", Cell::number(self.residual, 3));
+        let rows: Vec<(&str, Cell)> = (quantities.iter())
+            .map(|(name, value)| (name.as_str(), shown(*value)))
+            .chain([residual])
+            .collect();
+        Table::of(&rows)
+            .text("quantity", |(name, _)| *name)
+            .column(Column::number("value"), |(_, value)| value.clone())
+            .made()
     }
 
     /// Grazing point, period, multipliers and first conditions as a table, in ten digits; zeros to
     /// rounding are 0.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has two cells.
-    pub fn summary_table(&self) -> Result<Table, ReportError> {
+    pub fn summary_table(&self) -> Table {
         /// Conditions listed.
         const FIRST: usize = 3;
         const DIGITS: usize = 10;
@@ -197,26 +193,22 @@ impl OrbitListing {
             let value = if value.abs() <= zero { 0.0 } else { value };
             significant(value, DIGITS)
         };
-        let mut table = Table::new(vec![Column::text("quantity"), Column::text("value")]);
-        let mut row =
-            |name: &str, value: String| table.push(vec![Cell::text(name), Cell::text(value)]);
-        for (name, value) in &self.state.0 {
-            row(name, shown(*value))?;
-        }
-        row("period", shown(self.period))?;
-        row("h''", shown(self.normal_acceleration))?;
+        let state = self.state.0.iter();
+        let mut rows: Vec<(String, String)> =
+            state.map(|(name, value)| (name.clone(), shown(*value))).collect();
+        rows.push(("period".to_owned(), shown(self.period)));
+        rows.push(("h''".to_owned(), shown(self.normal_acceleration)));
         for (number, &[re, im]) in self.multipliers.iter().enumerate() {
             let sign = if im < 0.0 { "-" } else { "+" };
             let imaginary = match im == 0.0 {
                 true => String::new(),
                 false => format!(" {sign} {}i", shown(im.abs())),
             };
-            row(&format!("multiplier {}", number + 1), shown(re) + &imaginary)?;
+            rows.push((format!("multiplier {}", number + 1), shown(re) + &imaginary));
         }
-        for (number, xi) in self.xi.iter().take(FIRST).enumerate() {
-            row(&format!("xi_{}", number + 1), shown(*xi))?;
-        }
-        Ok(table)
+        let xi = self.xi.iter().take(FIRST).enumerate();
+        rows.extend(xi.map(|(number, xi)| (format!("xi_{}", number + 1), shown(*xi))));
+        Table::of(&rows).text("quantity", |(name, _)| name).text("value", |(_, value)| value).made()
     }
 
     /// Surfaces of the grazing passages, in order.
@@ -226,27 +218,15 @@ impl OrbitListing {
     }
 
     /// Table of the passages, one row each.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn passages_table(&self) -> Result<Table, ReportError> {
-        let names = self.state.0.iter().map(|(name, _)| name.clone());
-        let numbers = ["time".to_owned()].into_iter().chain(names);
-        let mut columns = vec![Column::text("passage"), Column::text("surface")];
-        columns.extend(numbers.chain(["h''".to_owned()]).map(Column::number));
-        let mut table = Table::new(columns);
-        for (number, passage) in self.passages.iter().enumerate() {
-            let state = passage.state.0.iter().map(|(_, value)| *value);
-            let numbers = [passage.time].into_iter().chain(state);
-            let mut row =
-                vec![Cell::text(format!("{}", number + 1)), Cell::text(passage.surface.clone())];
-            row.extend(
-                numbers.chain([passage.normal_acceleration]).map(|value| Cell::number(value, 12)),
-            );
-            table.push(row)?;
-        }
-        Ok(table)
+    pub fn passages_table(&self) -> Table {
+        let names = self.state.0.iter().map(|(name, _)| name);
+        Table::of(self.passages.iter().enumerate())
+            .text("passage", |(number, _)| (number + 1).to_string())
+            .text("surface", |(_, passage)| &passage.surface)
+            .number("time", 12, |(_, passage)| passage.time)
+            .numbers(names, 12, |(_, passage), place| passage.state.0[place].1)
+            .number("h''", 12, |(_, passage)| passage.normal_acceleration)
+            .made()
     }
 
     /// Table of the hits, one row each; `None` if the orbit does not hit.
@@ -266,25 +246,15 @@ impl OrbitListing {
     }
 
     /// Table of the conditions: one row per pair of passages, one column per `n`.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn conditions_table(&self) -> Result<Table, ReportError> {
+    pub fn conditions_table(&self) -> Table {
         let felt = || self.conditions.iter().filter(|pair| !pair.values.is_empty());
         let count = felt().map(|pair| pair.values.len()).max().unwrap_or(0);
-        let mut columns = vec![Column::text("from"), Column::text("to")];
-        columns.extend((1..=count).map(|n| Column::number(format!("xi_{n}"))));
-        let mut table = Table::new(columns);
-        for pair in felt() {
-            let ends = [(pair.from, 0), (pair.to, 1)];
-            let name = |(passage, end): (usize, usize)| {
-                Cell::text(format!("{} {}", passage + 1, pair.surfaces[end]))
-            };
-            let values = pair.values.iter().map(|&value| Cell::number(value, 9));
-            table.push(ends.map(name).into_iter().chain(values).collect())?;
-        }
-        Ok(table)
+        let end = |passage: usize, surface: &str| format!("{} {surface}", passage + 1);
+        Table::of(felt())
+            .text("from", |pair| end(pair.from, &pair.surfaces[0]))
+            .text("to", |pair| end(pair.to, &pair.surfaces[1]))
+            .numbers((1..=count).map(|n| format!("xi_{n}")), 9, |pair, place| pair.values[place])
+            .made()
     }
 }
 
@@ -371,13 +341,9 @@ impl GrazeStudy {
     }
 
     /// Table of the one-contact orbits of the theory; `None` if it has none.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has one cell for every column.
-    pub fn orbits_table(&self) -> Result<Option<Table>, ReportError> {
+    pub fn orbits_table(&self) -> Option<Table> {
         if self.theory.orbits.is_empty() {
-            return Ok(None);
+            return None;
         }
         let unstable = format!("unstable within ({})", self.theory.parameter);
         let exists = |orbit: &OneContactOrbit| match orbit.sum > 0.0 {
@@ -389,7 +355,7 @@ impl GrazeStudy {
             .number("xi_n", 6, |orbit| orbit.xi)
             .text("exists", exists)
             .number(&unstable, 3, |orbit| orbit.unstable_within);
-        Ok(Some(table.made()))
+        Some(table.made())
     }
 
     /// Side of the graze on which contact begins; `None` for several passages.

@@ -3,7 +3,8 @@
 
 use serde::Serialize;
 
-use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use super::table::ByColumn;
+use super::{Cell, Column, Named, SectionDocument, Table};
 use crate::analysis::MOST_WORK;
 use crate::analysis::orbits::{
     BifurcationKind, BifurcationLocus, DirectReach, FoundOrbit, LostOrbit, LostReason, Orbits,
@@ -236,47 +237,27 @@ type OrbitRow<'a> = (Option<BifurcationKind>, &'a OrbitRecord);
 
 impl OrbitsListing {
     /// Table of the orbits, for people: one row each, only physical ones if there are any.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn table(&self) -> Result<Table, ReportError> {
+    pub fn table(&self) -> Table {
         self.words(List::Physical)
     }
 
     /// Table of the points of all loci, for people: one row each.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn loci_table(&self) -> Result<Table, ReportError> {
+    pub fn loci_table(&self) -> Table {
         self.words(List::Loci)
     }
 
     /// Table of the orbits with all digits, for programs: one column per number.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn data_table(&self) -> Result<Table, ReportError> {
+    pub fn data_table(&self) -> Table {
         self.numbers(List::Orbits)
     }
 
     /// Table of the points of all loci with all digits, for programs.
-    ///
-    /// # Errors
-    ///
-    /// Never in practice: every row has a cell per column.
-    pub fn loci_data_table(&self) -> Result<Table, ReportError> {
+    pub fn loci_data_table(&self) -> Table {
         self.numbers(List::Loci)
     }
 
     /// Orbits as text.
-    ///
-    /// # Errors
-    ///
-    /// As [`table`](Self::table).
-    pub fn text(&self, scene: &str) -> Result<String, ReportError> {
+    pub fn text(&self, scene: &str) -> String {
         let passages = self.passages.iter().map(|name| format!("`{name}`"));
         let mut text = format!(
             "periodic orbits of `{scene}` by {}; offsets on the {}\nitinerary: return by return, 1 \
@@ -284,13 +265,13 @@ impl OrbitsListing {
             using_words(self.using),
             self.section.words(),
             passages.collect::<Vec<_>>().join(", then of "),
-            self.table()?.to_text()
+            self.table().to_text()
         );
         text.push_str(&self.virtual_words());
         if self.loci.is_some() {
-            text.push_str(&format!("\nfolds and flips\n\n{}", self.loci_table()?.to_text()));
+            text.push_str(&format!("\nfolds and flips\n\n{}", self.loci_table().to_text()));
         }
-        Ok(text)
+        text
     }
 
     /// Note on virtual orbits.
@@ -374,54 +355,55 @@ impl OrbitsListing {
         self.grazing_parameters.0.iter().map(|(name, _)| name.clone())
     }
 
-    fn words(&self, list: List) -> Result<Table, ReportError> {
-        let located = self.parameter_names().chain(self.section.coordinates.clone());
-        let mut columns = heading(list);
-        columns.extend(located.map(Column::number));
-        columns.extend(["multipliers", "orbit", "impact speeds", "window"].map(Column::text));
-        let mut table = Table::new(columns);
-        for (kind, orbit) in self.rows(list) {
-            let located = orbit.parameters.0.iter().chain(&orbit.state.0);
-            let mut row = named(kind, orbit);
-            row.extend(located.map(|(_, value)| Cell::number(*value, 5)));
-            row.extend([
-                Cell::text(multipliers(&orbit.multipliers)),
-                Cell::text(orbit.kind_words(kind)),
-                Cell::text(orbit.speeds(4, ", ")),
-                Cell::text(if orbit.inside { "inside" } else { "outside" }),
-            ]);
-            table.push(row)?;
+    /// Table with the names of the orbits.
+    fn named(&self, list: List) -> ByColumn<OrbitRow<'_>> {
+        let mut table = Table::of(self.rows(list));
+        if matches!(list, List::Loci) {
+            table = table.text("kind", |(kind, _)| kind.map_or("", BifurcationKind::word));
         }
-        Ok(table)
+        table
+            .text("itinerary", |(_, orbit)| &orbit.itinerary)
+            .text("name", |(_, orbit)| &orbit.name)
     }
 
-    fn numbers(&self, list: List) -> Result<Table, ReportError> {
+    fn words(&self, list: List) -> Table {
+        let located = self.parameter_names().chain(self.section.coordinates.clone());
+        self.named(list)
+            .numbers(located, 5, |(_, orbit), place| orbit.located(place))
+            .text("multipliers", |(_, orbit)| multipliers(&orbit.multipliers))
+            .text("orbit", |(kind, orbit)| orbit.kind_words(kind))
+            .text("impact speeds", |(_, orbit)| orbit.speeds(4, ", "))
+            .text("window", |(_, orbit)| if orbit.inside { "inside" } else { "outside" })
+            .made()
+    }
+
+    fn numbers(&self, list: List) -> Table {
         let located = self.parameter_names().chain(self.section.coordinates.clone());
         let parts = (1..=self.section.coordinates.len())
             .flat_map(|n| [format!("multiplier_{n}_re"), format!("multiplier_{n}_im")]);
-        let mut columns = heading(list);
-        columns.extend(located.chain(parts).map(Column::number));
-        columns.extend(["stable", "physical", "inside", "extra_contacts"].map(Column::number));
-        columns.push(Column::text("speeds"));
-        let mut table = Table::new(columns);
-        for (kind, orbit) in self.rows(list) {
-            let located = orbit.parameters.0.iter().chain(&orbit.state.0);
-            let located = located.map(|(_, value)| value);
-            let numbers = located.chain(orbit.multipliers.iter().flatten());
-            let flags = [orbit.stable, orbit.physical, orbit.inside];
-            let mut row = named(kind, orbit);
-            row.extend(numbers.map(|&value| Cell::number(value, 12)));
-            row.extend(flags.map(|flag| Cell::Integer(flag.into())));
-            let extra = orbit.extra_contacts;
-            row.push(extra.map_or(Cell::Missing, |extra| Cell::Integer(extra as i64)));
-            row.push(Cell::text(orbit.speeds(16, " ")));
-            table.push(row)?;
-        }
-        Ok(table)
+        self.named(list)
+            .numbers(located, 12, |(_, orbit), place| orbit.located(place))
+            .numbers(parts, 12, |(_, orbit), place| {
+                orbit.multipliers.as_flattened().get(place).copied()
+            })
+            .flag("stable", |(_, orbit)| orbit.stable)
+            .flag("physical", |(_, orbit)| orbit.physical)
+            .flag("inside", |(_, orbit)| orbit.inside)
+            .column(Column::number("extra_contacts"), |(_, orbit)| {
+                let extra = orbit.extra_contacts;
+                extra.map_or(Cell::Missing, |extra| Cell::Integer(extra as i64))
+            })
+            .text("speeds", |(_, orbit)| orbit.speeds(16, " "))
+            .made()
     }
 }
 
 impl OrbitRecord {
+    /// Parameter or coordinate, by its place among all.
+    fn located(&self, place: usize) -> Option<f64> {
+        self.parameters.0.iter().chain(&self.state.0).nth(place).map(|(_, value)| *value)
+    }
+
     /// Impact speeds of the contacts, with this number of decimals.
     pub(super) fn speeds(&self, decimals: usize, between: &str) -> String {
         let speeds = self.contacts.iter();
@@ -440,21 +422,6 @@ impl OrbitRecord {
             (false, None, _) => "virtual".to_owned(),
         }
     }
-}
-
-fn heading(list: List) -> Vec<Column> {
-    let kind = match list {
-        List::Physical | List::Orbits => None,
-        List::Loci => Some("kind"),
-    };
-    let names = kind.into_iter().chain(["itinerary", "name"]);
-    names.map(Column::text).collect()
-}
-
-fn named(kind: Option<BifurcationKind>, orbit: &OrbitRecord) -> Vec<Cell> {
-    let kind = kind.map(|kind| Cell::text(kind.word()));
-    let names = [&orbit.itinerary, &orbit.name];
-    kind.into_iter().chain(names.map(Cell::text)).collect()
 }
 
 /// Multipliers as text: `-2.31, 0.02`, `0.3 ± 0.2i`.

@@ -89,17 +89,13 @@ impl RunPage<'_> {
 }
 
 /// Lays out the page of a run.
-///
-/// # Errors
-///
-/// Never in practice: tables have one cell for every column.
 pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     let model = &run.scene.model;
     let mut page = Page::new(format!("Grazing: {}", model.name), provenance(run))
         .summary(summary(run))
-        .section(graze_section(run)?)
-        .section(orbit_section(run)?)
-        .section(model_section(run)?);
+        .section(graze_section(run))
+        .section(orbit_section(run))
+        .section(model_section(run));
     if !run.charts.is_empty() {
         page = page.section(
             chart_section(run.charts)
@@ -109,19 +105,19 @@ pub fn run_page(run: &RunPage<'_>) -> Result<Page, ReportError> {
     }
     if !run.basins.is_empty() {
         page = page.section(
-            basin_section(run.basins)?.files(basin_files(run.basins)).command(run.command("basin")),
+            basin_section(run.basins).files(basin_files(run.basins)).command(run.command("basin")),
         );
     }
     let page = page
         .section(
-            convergence_section(run.study)?
+            convergence_section(run.study)
                 .files(["convergence.json", "convergence.csv"])
                 .command(run.command("converge")),
         )
         .section(
-            expansion_section(run)?.files(["map.json", "map.csv"]).command(run.command("expand")),
+            expansion_section(run).files(["map.json", "map.csv"]).command(run.command("expand")),
         )
-        .section(time_section(run)?.files(["timings.json"]))
+        .section(time_section(run).files(["timings.json"]))
         .section(citation_section(run));
     Ok(page.alive(LiveMap::new(run.local, run.modules, run.diagrams, run.charts, run.branches)?))
 }
@@ -167,7 +163,7 @@ fn summary(run: &RunPage<'_>) -> String {
     format!("The orbit grazes {surfaces} at {}: {verdict}.", solved.join(", "))
 }
 
-fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+fn model_section(run: &RunPage<'_>) -> Section {
     let (scene, model) = (run.scene, &run.scene.model);
     let role = |number: usize| {
         let solved = scene.grazing.solve_for.contains(&number);
@@ -200,10 +196,10 @@ fn model_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         ),
         None => section,
     };
-    Ok(section
+    section
         .files(["scene.toml"])
         .prose(format!("States: {}.{phase}", model.states.join(", ")))
-        .table(table, "Parameters of the scene."))
+        .table(table, "Parameters of the scene.")
 }
 
 /// Sketch of the oscillator at the grazing point.
@@ -216,7 +212,7 @@ fn oscillator_sketch(run: &RunPage<'_>) -> Option<String> {
     sketch(model, &point, &run.scene.grazing.passages)
 }
 
-fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+fn orbit_section(run: &RunPage<'_>) -> Section {
     let orbit = run.orbit;
     let [re, im] = orbit.multipliers.first().copied().unwrap_or([f64::NAN; 2]);
     let stable = if re.hypot(im) < 1.0 { "attracts" } else { "repels" };
@@ -233,7 +229,7 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         section.figure(figure.clone(), picture_caption(ending))
     });
     let section = section.table(
-        orbit.point_table()?,
+        orbit.point_table(),
         "The grazing orbit: parameters p*, the (first) grazing point, multipliers of the period \
             map on the section, and xi_n = h_x · (dP_smooth)^n · β.",
     );
@@ -245,13 +241,13 @@ fn orbit_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         None => section,
     };
     if orbit.passages.len() == 1 {
-        return Ok(section);
+        return section;
     }
-    let passages = orbit.passages_table()?;
-    let conditions = orbit.conditions_table()?;
-    Ok(section
+    let passages = orbit.passages_table();
+    let conditions = orbit.conditions_table();
+    section
         .table(passages, "The grazing passages of a period.")
-        .table(conditions, "xi_n from one passage to the n-th following of another."))
+        .table(conditions, "xi_n from one passage to the n-th following of another.")
 }
 
 /// Caption of a figure of the orbit, by the suffix of its file name.
@@ -287,7 +283,7 @@ fn conditions_prose(orbit: &OrbitListing) -> String {
     }
 }
 
-fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+fn expansion_section(run: &RunPage<'_>) -> Section {
     let lost: Vec<String> =
         run.map.lost_digits.0.iter().map(|(name, digits)| format!("{name} {digits:.1}")).collect();
     let prose = format!(
@@ -318,18 +314,18 @@ fn expansion_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         section = section.prose(format!("Decided: {}.", decided.words()));
     }
     let section = section.prose(prose);
-    Ok([measured]
+    [measured]
         .into_iter()
         .chain(remark)
         .chain(within)
         .fold(section, Section::prose)
-        .table(run.map.size_table()?, "Coefficients that are not zero.")
-        .table(window_table(run)?, "The window in which the map was measured.")
-        .prose(cost))
+        .table(run.map.size_table(), "Coefficients that are not zero.")
+        .table(window_table(run), "The window in which the map was measured.")
+        .prose(cost)
 }
 
 /// Table of the window in offsets and in values.
-fn window_table(run: &RunPage<'_>) -> Result<Table, ReportError> {
+fn window_table(run: &RunPage<'_>) -> Table {
     let map = run.local;
     let section = &map.section;
     let coordinates = section.coordinates.iter().zip(&section.point).zip(&map.window.state);
@@ -343,7 +339,7 @@ fn window_table(run: &RunPage<'_>) -> Result<Table, ReportError> {
         .shortest("half-width", 4, |(.., width)| bound(width))
         .shortest("from", 9, |(_, value, width)| bound(value - width))
         .shortest("to", 9, |(_, value, width)| bound(value + width));
-    Ok(table.made())
+    table.made()
 }
 
 /// Section with what a reader needs to cite the program, and to cite and reproduce the map.
@@ -378,7 +374,7 @@ fn sentence(words: &str) -> String {
 }
 
 /// Section about the bifurcation at the graze: prediction, and diagrams.
-fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+fn graze_section(run: &RunPage<'_>) -> Section {
     let words: Vec<String> = run.graze.theory_words().iter().map(|words| sentence(words)).collect();
     let section = Section::new("What happens at this graze");
     let section = match run.diagrams {
@@ -396,14 +392,14 @@ fn graze_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         ),
         None => section,
     };
-    Ok(match run.graze.orbits_table()? {
+    match run.graze.orbits_table() {
         Some(table) => section.table(
             table,
             "Orbits with one contact in n returns that exist near the graze to leading order; \
              nearer to it than the last column they are unstable.",
         ),
         None => section,
-    })
+    }
 }
 
 /// Diagrams, live and as the run drew them, and the impact speeds of branches, as views.
@@ -579,29 +575,29 @@ fn basin_files(basins: &[Basin]) -> Vec<String> {
     }
 }
 
-fn basin_section(basins: &[Basin]) -> Result<Section, ReportError> {
+fn basin_section(basins: &[Basin]) -> Section {
     let mut section = Section::new("Basins of attraction");
     for basin in basins {
         let caption = sentence(basin_words(basin).trim_end());
         section = section.figure(basin_figure(basin), caption).table(
-            basin_table(basin)?,
+            basin_table(basin),
             "Attractors and other classes with their shares of the cells, what the border leaves \
                 uncertain of them, and the standard deviation of so many random states.",
         );
         let manifolds = basin.manifolds.as_ref().filter(|own| !own.branches.is_empty());
         if let Some(manifolds) = manifolds {
             section = section.table(
-                manifold_table(basin, manifolds)?,
+                manifold_table(basin, manifolds),
                 "Manifolds of the saddles; lengths in widths of the plane.",
             );
         }
         let words = basin_outside_words(basin).into_iter().chain(basin_remarks(basin));
         section = words.fold(section, |section, words| section.prose(sentence(&words)));
     }
-    Ok(section)
+    section
 }
 
-fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
+fn time_section(run: &RunPage<'_>) -> Section {
     let table = Table::of(run.times)
         .text("stage", |time| time.stage)
         .number("time", 3, |time| time.seconds)
@@ -611,13 +607,13 @@ fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
         Section::new("Times").table(table, "What each stage of this run took, by the clock.");
     if !run.diagrams.is_empty() {
         section = section.table(
-            diagram_timing_table(run.diagrams)?,
+            diagram_timing_table(run.diagrams),
             "Iterates of the sweeps of diagrams, and times by the clock on so many threads.",
         );
     }
     if !run.charts.is_empty() {
         section = section.table(
-            chart_timing_table(run.charts)?,
+            chart_timing_table(run.charts),
             "Cells of charts and what is settled on in them; iterates, and times by the clock on \
                 so many threads.",
         );
@@ -631,7 +627,7 @@ fn time_section(run: &RunPage<'_>) -> Result<Section, ReportError> {
             ));
         }
     }
-    Ok(section)
+    section
 }
 
 /// Text with a capital.

@@ -159,7 +159,7 @@ impl<W: io::Write> CsvStream<W> {
 /// use grazemap::report::{Cell, Column, Table};
 ///
 /// let mut table = Table::new(vec![Column::text("order"), Column::number("error")]);
-/// table.push(vec![Cell::text("5, 6"), Cell::number(1.25e-9, 3)])?;
+/// table.push(vec![Cell::text("5, 6"), Cell::number(1.25e-9, 3)]);
 /// assert_eq!(table.to_csv()?, "order,error\n\"5, 6\",1.2500000000000000e-9\n");
 /// # Ok::<(), grazemap::report::ReportError>(())
 /// ```
@@ -173,6 +173,16 @@ impl Table {
     /// Table of these columns, without rows.
     pub fn new(columns: Vec<Column>) -> Self {
         Self { columns, rows: Vec::new() }
+    }
+
+    /// Adds a row at the bottom.
+    ///
+    /// # Panics
+    ///
+    /// If the row has not one cell for every column.
+    pub fn push(&mut self, row: Vec<Cell>) {
+        assert_eq!(row.len(), self.columns.len(), "one cell for every column");
+        self.rows.push(row);
     }
 
     /// The columns, left to right.
@@ -193,23 +203,6 @@ impl Table {
     /// Turns the table into an iterator of rows.
     pub fn into_rows(self) -> Rows<'static> {
         Rows::new(self.columns, self.rows.into_iter())
-    }
-
-    /// Adds a row at the bottom.
-    ///
-    /// # Errors
-    ///
-    /// [`ReportError::RowWidth`] if the number of cells differs from that of the columns.
-    pub fn push(&mut self, row: Vec<Cell>) -> Result<(), ReportError> {
-        if row.len() != self.columns.len() {
-            return Err(ReportError::RowWidth {
-                row: self.rows.len(),
-                expected: self.columns.len(),
-                found: row.len(),
-            });
-        }
-        self.rows.push(row);
-        Ok(())
     }
 }
 
@@ -257,6 +250,24 @@ impl<R: Copy> ByColumn<R> {
     ) -> Self {
         let cell = |value| Cell::number(value, digits);
         self.column(Column::number(header), |of| value(of).into().map_or(Cell::Missing, cell))
+    }
+
+    /// Adds columns of numbers under these headers; a number is found by its place among them.
+    pub(super) fn numbers<H: AsRef<str>, T: Into<Option<f64>>>(
+        mut self,
+        headers: impl IntoIterator<Item = H>,
+        digits: usize,
+        value: impl Fn(R, usize) -> T,
+    ) -> Self {
+        for (place, header) in headers.into_iter().enumerate() {
+            self = self.number(header.as_ref(), digits, |of| value(of, place));
+        }
+        self
+    }
+
+    /// Adds a column of flags, 1 or 0.
+    pub(super) fn flag(self, header: &str, holds: impl Fn(R) -> bool) -> Self {
+        self.column(Column::number(header), |of| Cell::Integer(holds(of).into()))
     }
 
     /// Adds a column of numbers with as many digits as they need, and no more than this.
@@ -415,15 +426,13 @@ impl<'a> Rows<'a> {
 
     /// Collects the rows into a table.
     ///
-    /// # Errors
+    /// # Panics
     ///
-    /// [`ReportError::RowWidth`] for a row of wrong width.
-    pub fn into_table(self) -> Result<Table, ReportError> {
+    /// As [`Table::push`].
+    pub fn into_table(self) -> Table {
         let mut table = Table::new(self.columns.clone());
-        for row in self {
-            table.push(row)?;
-        }
-        Ok(table)
+        self.for_each(|row| table.push(row));
+        table
     }
 
     /// Writes the rows as [`Table::to_csv`] does.
@@ -579,11 +588,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_of_the_wrong_width_is_refused_and_not_kept() {
-        let mut table = Table::new(vec![Column::number("a"), Column::number("b")]);
-        let refused = table.push(vec![Cell::Missing]);
-        assert!(matches!(refused, Err(ReportError::RowWidth { row: 0, expected: 2, found: 1 })));
-        assert!(table.rows().is_empty());
+    #[should_panic(expected = "one cell for every column")]
+    fn a_row_has_one_cell_for_every_column() {
+        Table::new(vec![Column::number("a"), Column::number("b")]).push(vec![Cell::Missing]);
+    }
+
+    #[test]
+    fn columns_by_name_stand_where_their_place_says() {
+        let rows = [[1.5, f64::NAN], [2.5, 3.5]];
+        let finite =
+            |row: &[f64; 2], place: usize| Some(row[place]).filter(|value| value.is_finite());
+        let table = Table::of(&rows)
+            .numbers(["a", "b"], 3, finite)
+            .flag("is_whole", |row| row.iter().all(|value| value.is_finite()));
+        let csv = table.made().to_csv().expect("columns");
+        let expected =
+            "a,b,is_whole\n1.5000000000000000e0,,0\n2.5000000000000000e0,3.5000000000000000e0,1\n";
+        assert_eq!(csv, expected);
     }
 
     #[test]
@@ -628,7 +649,7 @@ mod tests {
             vec![Cell::text("a\n\"b\","), Cell::Integer(-2), Cell::Missing],
         ];
         for row in rows {
-            table.push(row).expect("three cells for three columns");
+            table.push(row);
         }
         table
     }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::diagram_figure::{GRAZE, extent};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, Stroke, symbol};
 use super::table::counted;
-use super::{Cell, Column, Named, ReportError, SectionDocument, Table};
+use super::{Cell, Column, Named, Rows, SectionDocument, Table};
 use crate::analysis::{SeriesPoint, TimeSeries, TimeSeriesRequest};
 use crate::hybrid::MomentEvent;
 use crate::model::{Model, Node, Scene};
@@ -114,16 +114,9 @@ pub fn time_series_row(model: &Model, point: &SeriesPoint) -> Vec<Cell> {
 }
 
 /// Table of all rows of a series.
-///
-/// # Errors
-///
-/// Never in practice: every row has one cell for every column.
-pub fn time_series_table(model: &Model, series: &TimeSeries) -> Result<Table, ReportError> {
-    let mut table = Table::new(time_series_columns(model));
-    for point in &series.points {
-        table.push(time_series_row(model, point))?;
-    }
-    Ok(table)
+pub fn time_series_table(model: &Model, series: &TimeSeries) -> Table {
+    let rows = series.points.iter().map(|point| time_series_row(model, point));
+    Rows::new(time_series_columns(model), rows).into_table()
 }
 
 /// Length and events of a series, as text.

@@ -396,8 +396,7 @@ fn one_stop_of_two_is_hit_once_in_three_periods_by_map_and_by_simulation() {
 #[test]
 fn tables_and_json_write_the_names_and_what_they_count() {
     let diagram = of_the_linear_oscillator([-1e-3, -9e-4], 2, Observable::EventFunction);
-    let csv =
-        diagram_rows(std::slice::from_ref(&diagram)).into_table().and_then(|table| table.to_csv());
+    let csv = diagram_rows(std::slice::from_ref(&diagram)).into_table().to_csv();
     let csv = csv.expect("a table");
     let mut lines = csv.lines();
     let header = lines.next().expect("a header");

@@ -132,7 +132,7 @@ impl Map {
             return Err(Failure::Call(words.to_owned()));
         }
         let diagrams = asked.diagrams(&NoProgress)?;
-        let table = diagram_rows(&diagrams).into_table().map_err(grazemap::Error::from)?;
+        let table = diagram_rows(&diagrams).into_table();
         Ok(Table { table, csv: OnceLock::new() })
     }
 }

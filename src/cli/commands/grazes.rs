@@ -10,8 +10,7 @@ use grazemap::model::Scene;
 use grazemap::numeric::Shown;
 use grazemap::pipeline::{Answer, BranchPlace, CurveKeys, NearestKeys, Position, SafeKeys, Source};
 use grazemap::report::{
-    ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, ReportError, least_orders_words,
-    window_words,
+    ChosenCoefficients, GrazeStudy, MapListing, OrbitListing, least_orders_words, window_words,
 };
 
 /// Note on the window, printed by `locate` if it makes no map.
@@ -39,10 +38,10 @@ pub(in crate::cli) fn locate(options: &LocateArguments) -> Result<(), CliError> 
     let study = GrazeStudy { theory, measured };
     let listing = OrbitListing::new(graze.scene(), graze.orbit());
     let all = match options.all {
-        true => orbit_text(&listing)? + &study_text(&study)? + "\n",
+        true => orbit_text(&listing) + &study_text(&study) + "\n",
         false => "`--all` lists all parameters, digits and conditions\n".to_owned(),
     };
-    let text = verdict_text(graze.scene(), &listing, &study)?
+    let text = verdict_text(graze.scene(), &listing, &study)
         + &other_grazes_text(&theory_parameter, &listing)
         + "\n"
         + &all
@@ -64,8 +63,8 @@ fn from_branch(source: Source, place: &BranchPlace, quiet: bool) -> Result<Sourc
 }
 
 /// Table of the one-contact orbits of the theory.
-fn study_text(study: &GrazeStudy) -> Result<String, ReportError> {
-    Ok(study.orbits_table()?.map_or_else(String::new, |table| format!("\n{}", table.to_text())))
+fn study_text(study: &GrazeStudy) -> String {
+    study.orbits_table().map_or_else(String::new, |table| format!("\n{}", table.to_text()))
 }
 
 /// Other grazes found by the search, as text.
@@ -83,11 +82,7 @@ fn other_grazes_text(parameter: &str, listing: &OrbitListing) -> String {
 }
 
 /// Verdict on a graze: where it is, what happens there, and the orbit in few digits.
-fn verdict_text(
-    scene: &Scene,
-    listing: &OrbitListing,
-    study: &GrazeStudy,
-) -> Result<String, ReportError> {
+fn verdict_text(scene: &Scene, listing: &OrbitListing, study: &GrazeStudy) -> String {
     let surfaces: Vec<String> =
         listing.surfaces().iter().map(|surface| format!("`{surface}`")).collect();
     let adjusted = scene.grazing.solve_for.iter().map(|&number| {
@@ -109,24 +104,24 @@ fn verdict_text(
         ));
     }
     text.push_str(&format!("section: {}\n\n", listing.section.words()));
-    text.push_str(&listing.summary_table()?.to_text());
+    text.push_str(&listing.summary_table().to_text());
     if let Some(hits) = listing.hits_table() {
         text.push_str(&format!("\nhits of a period\n\n{}", hits.to_text()));
     }
-    Ok(text)
+    text
 }
 
 /// All digits of the orbit, its passages and conditions.
-fn orbit_text(document: &OrbitListing) -> Result<String, ReportError> {
-    let mut text = document.point_table()?.to_text();
+fn orbit_text(document: &OrbitListing) -> String {
+    let mut text = document.point_table().to_text();
     if document.passages.len() > 1 {
-        let passages = document.passages_table()?.to_text();
-        let conditions = document.conditions_table()?.to_text();
+        let passages = document.passages_table().to_text();
+        let conditions = document.conditions_table().to_text();
         text.push_str(&format!(
             "\npassages of a period\n\n{passages}\nxi_n from passage to passage\n\n{conditions}"
         ));
     }
-    Ok(text)
+    text
 }
 
 /// Runs `grazemap curve`: the grazing curve in two parameters, or its point nearest to the scene.
@@ -174,8 +169,8 @@ pub(in crate::cli) fn expand(options: &SceneOptions) -> Result<(), CliError> {
     let listing = map.listing()?;
     remark_on_window(&map, options.common.outlets.quiet);
     let choice = map.choice().map_or_else(String::new, choice_words);
-    let text = expansion_text(map.scene(), listing)? + &window_words(&listing.window) + &choice;
-    let mut answer = Answer::new("map", text, map.to_json()?, listing.coefficient_table()?);
+    let text = expansion_text(map.scene(), listing) + &window_words(&listing.window) + &choice;
+    let mut answer = Answer::new("map", text, map.to_json()?, listing.coefficient_table());
     deliver(&mut answer, &options.common.outlets)
 }
 
@@ -188,7 +183,7 @@ fn choice_words(choice: &Choice) -> String {
 }
 
 /// Sizes of the expansion, as text.
-fn expansion_text(scene: &Scene, document: &MapListing) -> Result<String, ReportError> {
+fn expansion_text(scene: &Scene, document: &MapListing) -> String {
     let orders = document.orders;
     let laws = document.depth.iter().enumerate().map(|(passage, laws)| {
         let contact = document.discontinuity.get(passage);
@@ -198,7 +193,7 @@ fn expansion_text(scene: &Scene, document: &MapListing) -> Result<String, Report
         }
     });
     let laws: String = laws.collect();
-    Ok(format!(
+    format!(
         "expansion of `{}`: P_smooth to degree {}, D to weight {}\nsection: {}\n{}{}\nterms\n{}",
         scene.identifier,
         orders.smooth_order,
@@ -206,6 +201,6 @@ fn expansion_text(scene: &Scene, document: &MapListing) -> Result<String, Report
         document.section.words(),
         document.section.decision_line(),
         laws,
-        document.size_table()?.to_text()
-    ))
+        document.size_table().to_text()
+    )
 }

@@ -114,7 +114,7 @@ pub(super) fn run(options: &GalleryOptions, command: Run<'_>) -> Result<(), CliE
         let left_out = entries.iter().filter(is_left_out).count();
         folder.write(written, page::page(&papers, &computed, left_out)?.to_html()?)?;
     }
-    folder.write("numbers.csv", page::all_numbers(&computed)?.to_csv()?)?;
+    folder.write("numbers.csv", page::all_numbers(&computed).to_csv()?)?;
     let unexplained = computed.iter().flat_map(Computed::unexplained).collect::<Vec<_>>();
     if !options.quiet {
         let page = folder.path().join(written);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::entry::Paper;
 use super::{Agreement, Compared, Computed, Counts};
-use grazemap::report::{Cell, Column, Page, Provenance, ReportError, Section, Table};
+use grazemap::report::{Cell, Column, Page, Provenance, ReportError, Rows, Section, Table};
 
 /// Page with a summary of the counts, then one section per paper. `left_out` entries take longer
 /// than the version that was computed.
@@ -26,7 +26,7 @@ pub(super) fn page(
     let all = computed.iter().map(Computed::counts).fold(Counts::default(), Counts::plus);
     let overview = Section::new("Overview")
         .prose(format!("{}.", all.words()))
-        .table(overview(computed)?, OVERVIEW);
+        .table(overview(computed), OVERVIEW);
     let mut page =
         Page::new("Gallery of published figures", provenance).summary(summary).section(overview);
     for own in computed.chunk_by(|a, b| a.entry.folder() == b.entry.folder()) {
@@ -34,7 +34,7 @@ pub(super) fn page(
         let title = paper.map_or(own[0].entry.paper.as_str(), |paper| paper.title.as_str());
         let citation = paper.and_then(Paper::citation);
         let section = citation.into_iter().fold(Section::new(title), Section::prose);
-        page = page.section(own.iter().try_fold(section, with_entry)?);
+        page = page.section(own.iter().fold(section, with_entry));
     }
     Ok(page)
 }
@@ -45,12 +45,11 @@ const OVERVIEW: &str = "Entries and their numbers: those that agree with the pri
     those that differ; and, apart, numbers that no paper prints and that such another way \
     confirms.";
 
-fn overview(computed: &[Computed<'_>]) -> Result<Table, ReportError> {
+fn overview(computed: &[Computed<'_>]) -> Table {
     let mut columns = vec![Column::text("entry"), Column::text("figure")];
     columns.extend(["agree", "print differs", "differ", "not printed"].map(Column::number));
     columns.extend([Column::text("remark"), Column::number("time").with_unit("s")]);
-    let mut table = Table::new(columns);
-    for entry in computed {
+    let rows = computed.iter().map(|entry| {
         let remark = match (&entry.fault, &entry.entry.needs) {
             (Some(_), _) => "a command ended without its result".to_owned(),
             (None, Some(needs)) if entry.lines.is_empty() => format!("needs {needs}"),
@@ -64,13 +63,13 @@ fn overview(computed: &[Computed<'_>]) -> Result<Table, ReportError> {
         ];
         row.extend(counts.map(|count| Cell::Integer(count as i64)));
         row.extend([Cell::text(remark), Cell::number(entry.seconds, 2)]);
-        table.push(row)?;
-    }
-    Ok(table)
+        row
+    });
+    Rows::new(columns, rows).into_table()
 }
 
 /// Adds an entry to the section of its paper.
-fn with_entry(section: Section, computed: &Computed<'_>) -> Result<Section, ReportError> {
+fn with_entry(section: Section, computed: &Computed<'_>) -> Section {
     let entry = computed.entry;
     let heading = format!("{}, {}: {}", entry.paper, entry.figure, entry.title);
     let mut section = section.heading(heading).prose(format!("Published: {}", entry.shows.trim()));
@@ -89,7 +88,7 @@ fn with_entry(section: Section, computed: &Computed<'_>) -> Result<Section, Repo
     if !computed.numbers.is_empty() {
         let caption = "Printed and computed numbers. They agree where they differ by no more than \
                        a unit of the last digit given, or by what ± says.";
-        section = section.table(numbers(&computed.numbers)?, caption);
+        section = section.table(numbers(&computed.numbers), caption);
     }
     for compared in &computed.numbers {
         let number = compared.number;
@@ -98,7 +97,7 @@ fn with_entry(section: Section, computed: &Computed<'_>) -> Result<Section, Repo
             section = section.prose(format!("{}: {remark}", number.what));
         }
     }
-    Ok(computed.lines.iter().fold(section, |section, line| section.command(line)))
+    computed.lines.iter().fold(section, |section, line| section.command(line))
 }
 
 fn columns() -> Vec<Column> {
@@ -108,27 +107,18 @@ fn columns() -> Vec<Column> {
     columns
 }
 
-fn numbers(numbers: &[Compared<'_>]) -> Result<Table, ReportError> {
-    let mut table = Table::new(columns());
-    for compared in numbers {
-        table.push(row(compared))?;
-    }
-    Ok(table)
+fn numbers(numbers: &[Compared<'_>]) -> Table {
+    Rows::new(columns(), numbers.iter().map(row)).into_table()
 }
 
 /// Numbers of all entries in one table.
-pub(super) fn all_numbers(computed: &[Computed<'_>]) -> Result<Table, ReportError> {
-    let mut all = vec![Column::text("entry")];
-    all.extend(columns());
-    let mut table = Table::new(all);
-    for entry in computed {
-        for compared in &entry.numbers {
-            let mut cells = vec![Cell::text(entry.entry.name)];
-            cells.extend(row(compared));
-            table.push(cells)?;
-        }
-    }
-    Ok(table)
+pub(super) fn all_numbers(computed: &[Computed<'_>]) -> Table {
+    let columns = [Column::text("entry")].into_iter().chain(columns()).collect();
+    let rows = computed.iter().flat_map(|entry| {
+        let name = || Cell::text(entry.entry.name);
+        entry.numbers.iter().map(move |compared| [vec![name()], row(compared)].concat())
+    });
+    Rows::new(columns, rows).into_table()
 }
 
 fn row(compared: &Compared<'_>) -> Vec<Cell> {

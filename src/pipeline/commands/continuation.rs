@@ -150,7 +150,7 @@ impl BranchKeys {
             false => None,
         };
         let document = to_json(&Document::new(DocumentKind::Branch, map.scene(), &listing))?;
-        let text = listing.text(&map.scene().identifier)?;
+        let text = listing.text(&map.scene().identifier);
         let itineraries = request.itineraries.len();
         Ok(Answer {
             remarks: map
@@ -159,7 +159,7 @@ impl BranchKeys {
                 .chain(listing.remarks())
                 .collect(),
             ended: listing.branches.is_empty().then_some(Ended::NoBranch { itineraries }),
-            ..Answer::new("branch", text, document, listing.data_table()?)
+            ..Answer::new("branch", text, document, listing.data_table())
                 .with_figures(listing.figures(below.as_ref()))
         })
     }
@@ -319,7 +319,7 @@ impl LociKeys {
         let listing =
             LociListing::new(map.section(), map.local(), request.plane, &found, request.direct);
         let document = to_json(&Document::new(DocumentKind::Loci, map.scene(), &listing))?;
-        let text = listing.text(&map.scene().identifier)?;
+        let text = listing.text(&map.scene().identifier);
         let below = match self.chart {
             true => chart_below(map, &listing, &SubProgress::new(progress, 1))?,
             false => None,
@@ -337,7 +337,7 @@ impl LociKeys {
                 .chain(listing.remarks())
                 .collect(),
             ended: listing.loci.is_empty().then(none),
-            ..Answer::new("loci", text, document, listing.data_table()?)
+            ..Answer::new("loci", text, document, listing.data_table())
                 .with_figures(plane.into_iter().chain(graze))
         })
     }

@@ -55,7 +55,7 @@ impl CurveKeys {
             CurveOutcome::NotLocated(reason) => return Err(reason.into()),
         };
         let listing = CurveListing::new(scene, &curve);
-        let (text, table) = (listing.text(), listing.table()?);
+        let (text, table) = (listing.text(), listing.table());
         let figures = curve_figures(&listing);
         let ended = self.ended(&listing, &curve, started, with);
         let document = to_json(&Document::new(DocumentKind::Curve, scene, listing))?;
@@ -132,7 +132,7 @@ impl NearestKeys {
             MarginOutcome::NotLocated(reason) => return Err(reason.into()),
         };
         let listing = MarginListing::new(scene, &margin);
-        let (text, table) = (listing.text()?, listing.table()?);
+        let (text, table) = (listing.text(), listing.table());
         let document = to_json(&Document::new(DocumentKind::Margin, scene, listing))?;
         Ok(Answer::new("margin", text, document, table))
     }

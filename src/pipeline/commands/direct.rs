@@ -184,7 +184,7 @@ pub(in crate::pipeline) fn trajectory_answer(
     let (scene, orbit) = (settled.scene(), settled.orbit());
     let listing = TimeSeriesListing::new(scene, settled.section(), request, series);
     let document = to_json(&Document::new(DocumentKind::Trajectory, scene, listing))?;
-    let (text, table) = (time_series_text(scene, series), time_series_table(&scene.model, series)?);
+    let (text, table) = (time_series_text(scene, series), time_series_table(&scene.model, series));
     Ok(Answer {
         ended: series.early_end.clone().map(Ended::Trajectory),
         ..Answer::new("trajectory", text, document, table)
@@ -274,14 +274,13 @@ pub(in crate::pipeline) fn study_answer(
     section: &SectionDocument,
 ) -> Result<Answer, Error> {
     let untimed = without_times(study);
-    let (text, document) = (convergence_text(study)?, StudyDocument::new(study, section));
+    let (text, document) = (convergence_text(study), StudyDocument::new(study, section));
     let timeless = to_json(&StudyDocument::new(&untimed, section))?;
     let figures = convergence_figures(study).into_iter();
-    let answer =
-        Answer::new("convergence", text, to_json(&document)?, convergence_table(&untimed)?)
-            .with_figures(figures.map(|(ending, figure, _)| (ending, figure)));
+    let answer = Answer::new("convergence", text, to_json(&document)?, convergence_table(&untimed))
+        .with_figures(figures.map(|(ending, figure, _)| (ending, figure)));
     let mut answer = Answer { timeless: Some(timeless), ..answer };
-    answer.tables.push(("convergence-speed", convergence_table(study)?));
+    answer.tables.push(("convergence-speed", convergence_table(study)));
     Ok(answer)
 }
 

@@ -135,7 +135,7 @@ impl FitKeys {
         let offsets = map.settled().graze().offset_remarks("at", &self.offsets(map));
         Ok(Answer {
             remarks: map.remarks().chain(offsets).chain(remarks).collect(),
-            ..Answer::new("fit", fit_text(map.local(), &fit)?, document, fit_table(&fit)?)
+            ..Answer::new("fit", fit_text(map.local(), &fit), document, fit_table(&fit))
         })
     }
 }
@@ -281,7 +281,7 @@ impl NoiseKeys {
         let content = NoiseDocument { request: &request, found: &found };
         let document = to_json(&Document::new(DocumentKind::Noise, map.scene(), content))?;
         let remarks = noise_remarks(&found, self.method == Method::Map);
-        let (local, table) = (map.local(), noise_table(map.local(), &request, &found)?);
+        let (local, table) = (map.local(), noise_table(map.local(), &request, &found));
         Ok(Answer {
             remarks: map.remarks().chain(remarks).collect(),
             ..Answer::new("noise", noise_text(local, &found), document, table)

@@ -230,7 +230,7 @@ impl OrbitsKeys {
         let listing =
             OrbitsListing::new(map.section(), polynomials, &names, &found, request.direct);
         let searched = searched(map, &request, &found);
-        let mut text = listing.text(&map.scene().identifier)?;
+        let mut text = listing.text(&map.scene().identifier);
         if request.direct {
             text.push_str(&format!("\nsearched: {searched}\n"));
         }
@@ -241,11 +241,11 @@ impl OrbitsKeys {
         let mut answer = Answer {
             remarks: map.remarks().chain(offsets).chain(listing.remarks()).collect(),
             ended: None,
-            ..Answer::new("orbits", text, document, listing.data_table()?)
+            ..Answer::new("orbits", text, document, listing.data_table())
         };
         match (&listing.loci, &request.loci) {
             (Some(loci), Some(asked)) => {
-                answer.tables.push(("loci", listing.loci_data_table()?));
+                answer.tables.push(("loci", listing.loci_data_table()));
                 let kinds = asked.kinds.iter().map(|kind| kind.word()).collect::<Vec<_>>();
                 let kinds = kinds.join(" or ");
                 answer.ended = loci.is_empty().then_some(Ended::NoLoci { kinds, searched });

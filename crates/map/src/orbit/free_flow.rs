@@ -1,7 +1,7 @@
 //! Minima of the event functions along a stretch of the flow of an orbit, and corners on it.
 //!
-//! An orbit has no Taylor series at a corner, where `abs`, `sign`, `min` or `max` changes branch, nor
-//! where a square root, a logarithm or a real power has the argument 0.
+//! An orbit has no Taylor series at a corner, where `abs`, `sign`, `min` or `max` changes branch,
+//! nor where a square root, a logarithm or a real power has the argument 0.
 
 use std::ops::Range;
 

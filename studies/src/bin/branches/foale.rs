@@ -79,7 +79,7 @@ pub(crate) fn table(errors: &[(&Point, f64)]) -> Result<Table, Box<dyn Error>> {
                 Cell::Integer(of.len() as i64),
                 Cell::Integer(found.clone().count() as i64),
                 Cell::number(found.fold(0.0, f64::max), 2),
-            ])?;
+            ]);
         }
     }
     Ok(table)

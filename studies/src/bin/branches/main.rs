@@ -84,7 +84,7 @@ fn completeness(
         ];
         let counts = [branches[0], branches[1], *periodic, *by_map, *direct, missed.len(), *others];
         row.extend(counts.map(|count| Cell::Integer(count as i64)));
-        table.push(row)?;
+        table.push(row);
     }
     Ok(table)
 }

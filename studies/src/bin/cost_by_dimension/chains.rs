@@ -222,7 +222,7 @@ fn fill(
             let mut cells = chain.name();
             cells.push(Cell::Integer(cost.orders.smooth_order.into()));
             cells.extend(row(cost));
-            table.push(cells)?;
+            table.push(cells);
         }
     }
     Ok(())

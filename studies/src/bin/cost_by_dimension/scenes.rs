@@ -30,7 +30,7 @@ pub(crate) fn table(rate: f64) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(columns);
     for name in catalogue::names() {
         if let Some(row) = row(name, rate)? {
-            table.push(row)?;
+            table.push(row);
         }
     }
     Ok(table)
@@ -67,7 +67,7 @@ pub(crate) fn rate_table(rates: [f64; 2]) -> Result<Table, ReportError> {
     let mut table =
         Table::new(vec![Column::text("multiply-adds in registers"), Column::number("one [ns]")]);
     for (name, rate) in ["one double at a time", "eight lanes, each"].into_iter().zip(rates) {
-        table.push(vec![Cell::text(name), Cell::number(rate, 3)])?;
+        table.push(vec![Cell::text(name), Cell::number(rate, 3)]);
     }
     Ok(table)
 }

@@ -163,18 +163,18 @@ pub(crate) fn table(sites: &[(&Site, &Compared)]) -> Result<Table, ReportError> 
     for (site, compared) in sites {
         let direct = &compared.direct;
         let floor = distance(&direct.halves[0], &direct.halves[1]) / direct.width();
-        table.push(row(site, "direct".to_owned(), direct, floor))?;
+        table.push(row(site, "direct".to_owned(), direct, floor));
         for (order, attractor) in &compared.maps {
             match attractor {
                 Some(attractor) => {
                     let apart = distance(&attractor.values, &direct.values) / direct.width();
-                    table.push(row(site, written(*order), attractor, apart))?;
+                    table.push(row(site, written(*order), attractor, apart));
                 }
                 None => {
                     let mut row = vec![Cell::text(site.label), Cell::text(written(*order))];
                     row.push(Cell::text("escapes"));
                     row.extend(vec![Cell::Missing; 5]);
-                    table.push(row)?;
+                    table.push(row);
                 }
             }
         }

@@ -121,7 +121,7 @@ pub(crate) fn slope_table(graze: Graze, scenes: &[Born<'_>]) -> Result<Table, Re
             let cell = |slope: Option<f64>| slope.map_or(Cell::Missing, |s| Cell::number(s, 3));
             row.extend(scene.slopes(order).map(cell));
         }
-        table.push(row)?;
+        table.push(row);
     }
     Ok(table)
 }
@@ -142,7 +142,7 @@ pub(crate) fn error_table(scenes: &[Born<'_>], decade: i32) -> Result<Table, Rep
         truth.push(Cell::number(orbit.parameters[0].to_f64(), 4));
         truth.push(Cell::number(orbit.trace().to_f64(), 4));
     }
-    table.push(truth)?;
+    table.push(truth);
     for order in ORDERS {
         let mut row = vec![Cell::text(written(order))];
         for scene in scenes {
@@ -156,7 +156,7 @@ pub(crate) fn error_table(scenes: &[Born<'_>], decade: i32) -> Result<Table, Rep
                 None => row.extend([Cell::Missing, Cell::Missing]),
             }
         }
-        table.push(row)?;
+        table.push(row);
     }
     Ok(table)
 }
@@ -183,7 +183,7 @@ pub(crate) fn data_table(scenes: &[&Born<'_>]) -> Result<Table, ReportError> {
                     Cell::number(truth.trace().to_f64(), 16),
                     Cell::number(error[1], 4),
                     Cell::number(error[2], 4),
-                ])?;
+                ]);
             }
         }
     }

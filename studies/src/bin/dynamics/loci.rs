@@ -152,7 +152,7 @@ pub(crate) fn table(loci: &[&Locus], shown: &[(u32, u32)]) -> Result<Table, Repo
                 None => Cell::text("none"),
             }
         }));
-        table.push(row)?;
+        table.push(row);
     }
     Ok(table)
 }
@@ -179,7 +179,7 @@ pub(crate) fn slope_table(families: &[Vec<&Locus>]) -> Result<Table, ReportError
         for family in families {
             row.push(slope(family, place));
         }
-        table.push(row)?;
+        table.push(row);
     }
     Ok(table)
 }

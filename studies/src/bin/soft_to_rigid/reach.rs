@@ -20,7 +20,7 @@ pub(crate) fn radius_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError
     let mut table = table_of(headings.map(str::to_owned).to_vec());
     for stop in stops {
         let (law, estimate) = (stop.law_radius(), stop.series.radius().unwrap_or(f64::NAN));
-        push(&mut table, stop, &[law, estimate, estimate / law])?;
+        push(&mut table, stop, &[law, estimate, estimate / law]);
     }
     Ok(table)
 }
@@ -31,7 +31,7 @@ pub(crate) fn reach_table(stops: &[&Measured<'_>]) -> Result<Table, ReportError>
     let mut table = table_of(pairs().map(|(w, t)| format!("W = {w}, {t:.0e}")).collect());
     for stop in stops {
         let reach = |(weight, tolerance)| stop.series_reach(weight, tolerance) / stop.law_radius();
-        push(&mut table, stop, &pairs().map(reach).collect::<Vec<_>>())?;
+        push(&mut table, stop, &pairs().map(reach).collect::<Vec<_>>());
     }
     Ok(table)
 }
@@ -46,7 +46,7 @@ pub(crate) fn gap_table(family: &[Measured<'_>]) -> Result<Table, ReportError> {
     headings.extend(RIGID.map(|tolerance| format!("rigid to {tolerance:.0e}")));
     let mut table = table_of(headings);
     for stop in family {
-        push(&mut table, stop, &depths(stop))?;
+        push(&mut table, stop, &depths(stop));
     }
     Ok(table)
 }
@@ -91,11 +91,11 @@ fn table_of(headings: Vec<String>) -> Table {
     Table::new(columns)
 }
 
-fn push(table: &mut Table, stop: &Measured<'_>, values: &[f64]) -> Result<(), ReportError> {
+fn push(table: &mut Table, stop: &Measured<'_>, values: &[f64]) {
     let mut row = vec![Cell::text(stop.family.name()), Cell::number(stop.stiffness, 1)];
     let cell = |&value: &f64| {
         if value.is_finite() { Cell::number(value, 3) } else { Cell::Missing }
     };
     row.extend(values.iter().map(cell));
-    table.push(row)
+    table.push(row);
 }

@@ -77,7 +77,7 @@ pub(crate) fn table(sections: &[Sections]) -> Result<Table, ReportError> {
                 Some(section) => cost(section.choice.as_ref()),
             }));
             line.push(Cell::text(sections.taken()));
-            table.push(line)?;
+            table.push(line);
         }
     }
     Ok(table)

@@ -30,7 +30,7 @@ pub(crate) fn choices(rows: &[Row]) -> Result<Table, ReportError> {
     columns.extend(numbers.map(Column::number));
     let mut table = Table::new(columns);
     for row in rows {
-        table.push(line(row))?;
+        table.push(line(row));
     }
     Ok(table)
 }
@@ -143,7 +143,7 @@ pub(crate) fn summary(rows: &[Row]) -> Result<Table, ReportError> {
             }),
             Cell::number(median(&seconds), 2),
             Cell::number(seconds.last().copied().unwrap_or(f64::NAN), 2),
-        ])?;
+        ]);
     }
     Ok(table)
 }
@@ -164,7 +164,7 @@ pub(crate) fn refusals(rows: &[Row]) -> Result<Table, ReportError> {
             choice
                 .limit
                 .map_or(Cell::Missing, |limit| Cell::text(limit_words(limit, choice.precision))),
-        ])?;
+        ]);
     }
     Ok(table)
 }
@@ -183,7 +183,7 @@ pub(crate) fn joint(rows: &[Row]) -> Result<Table, ReportError> {
             true => number(row.joint_error / row.choice.tolerance, 2),
             false => Cell::Missing,
         }));
-        table.push(line)?;
+        table.push(line);
     }
     Ok(table)
 }
@@ -199,7 +199,7 @@ pub(crate) fn least(rows: &[Row]) -> Result<Table, ReportError> {
             let numbers = [least.linear, least.spread, least.quadratic, least.largest];
             let mut line = vec![Cell::text(&scene[0].scene)];
             line.extend(numbers.map(|value| number(value, 2)));
-            table.push(line)?;
+            table.push(line);
         }
     }
     Ok(table)
@@ -250,7 +250,7 @@ pub(crate) fn rule(rows: &[Row]) -> Result<Table, ReportError> {
             share(&|gap| gap[1].abs() <= 2.0),
             share(&|gap| gap.iter().all(|gap| gap.abs() <= 1.0)),
             share(&|gap| gap.iter().all(|gap| gap.abs() <= 2.0)),
-        ])?;
+        ]);
     }
     Ok(table)
 }
