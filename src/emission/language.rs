@@ -9,8 +9,9 @@
 //! kernel is printed in blocks; each block returns the results that are used after it.
 
 use super::error::EmissionError;
-use super::names::{c_string_literal, number_literal, single_literal, string_literal};
+use super::names::{number_literal, single_literal};
 use super::options::Target;
+use super::syntax::Syntax;
 use crate::jet::kernel::{Kernel, Operation, Value};
 use crate::numeric::FloatFormat;
 
@@ -23,22 +24,26 @@ pub(super) struct Language {
 }
 
 impl Language {
-    /// Type of a state.
-    pub(super) fn real(self) -> &'static str {
-        match (self.target, self.precision) {
-            (Target::Rust, FloatFormat::F64) => "f64",
-            (Target::Rust, FloatFormat::F32) => "f32",
-            (_, FloatFormat::F64) => "double",
-            (_, FloatFormat::F32) => "float",
+    fn syntax(self) -> &'static Syntax {
+        self.target.syntax()
+    }
+
+    /// Word for the precision, of one for each.
+    fn of<T: Copy>(self, [double, single]: [T; 2]) -> T {
+        match self.precision {
+            FloatFormat::F64 => double,
+            FloatFormat::F32 => single,
         }
     }
 
-    /// Suffix in C of single-precision literals and function names.
+    /// Type of a state.
+    pub(super) fn real(self) -> &'static str {
+        self.of(self.syntax().real)
+    }
+
+    /// Suffix of single-precision literals and function names.
     pub(super) fn suffix(self) -> &'static str {
-        match (self.target, self.precision) {
-            (Target::Rust, _) | (_, FloatFormat::F64) => "",
-            (_, FloatFormat::F32) => "f",
-        }
+        self.of(self.syntax().suffix)
     }
 
     /// Largest finite number.
@@ -59,44 +64,26 @@ impl Language {
 
     /// Statement that binds a result to a name.
     pub(super) fn binding(self, number: usize, expression: &str) -> String {
-        match self.target {
-            Target::Rust => format!("let r{number} = {expression};"),
-            Target::C | Target::Cuda => format!("const {} r{number} = {expression};", self.real()),
-            Target::JavaScript | Target::Wasm => format!("const r{number} = {expression};"),
-            Target::Python | Target::Julia => format!("r{number} = {expression}"),
-            Target::Matlab => format!("r{number} = {expression};"),
-        }
+        let (before, after) = self.of(self.syntax().binding);
+        format!("{before}r{number} = {expression}{after}")
     }
 
     /// Expression of an operation on printed operands.
     pub(super) fn expression(self, operation: &Operation, operands: &[String]) -> String {
-        let suffix = self.suffix();
-        let call = |rust: &str, c: &str, suffix: &str| {
-            let name = match self.target {
-                Target::C | Target::Cuda => format!("{c}{suffix}"),
-                Target::JavaScript => camel_case(rust),
-                _ => rust.to_owned(),
-            };
-            format!("{name}({})", operands.join(", "))
-        };
-        // NOTE: MATLAB multiplies arrays element by element with `.*`.
-        let times = if self.target == Target::Matlab { ".*" } else { "*" };
+        let (Syntax { times, functions, .. }, suffix) = (self.syntax(), self.suffix());
         match operation {
             Operation::Add(..) => format!("{} + {}", operands[0], operands[1]),
             Operation::Multiply(..) => format!("{} {times} {}", operands[0], operands[1]),
-            // NOTE: these languages round the product, then the sum.
-            Operation::MultiplyAdd(..) if self.target.is_double_only() => {
-                format!("{} {times} {} + {}", operands[0], operands[1], operands[2])
-            }
-            Operation::MultiplyAdd(..) => call("fma", "GRAZEMAP_FMA", &suffix.to_uppercase()),
-            Operation::RootOfPositivePart(_) if self.target == Target::Rust => {
-                format!("sqrt(positive_part({}))", operands[0])
-            }
+            Operation::MultiplyAdd(..) => match functions.multiply_add {
+                Some(name) => format!("{name}{}({})", suffix.to_uppercase(), operands.join(", ")),
+                None => format!("{} {times} {} + {}", operands[0], operands[1], operands[2]),
+            },
             Operation::RootOfPositivePart(_) => {
-                call("root_of_positive_part", "grazemap_root_of_positive_part", suffix)
+                let (name, before, after) = functions.root;
+                format!("{name}{suffix}{before}{}{after}", operands[0])
             }
             Operation::HalfReciprocal(_) => {
-                call("half_reciprocal", "grazemap_half_reciprocal", suffix)
+                format!("{}{suffix}({})", functions.half_reciprocal, operands[0])
             }
             Operation::Held(_) => operands[0].clone(),
         }
@@ -105,84 +92,47 @@ impl Language {
     /// Whether a compiler of this language walks statements recursively, so that long kernels are
     /// printed in blocks.
     pub(super) fn nests_statements(self) -> bool {
-        self.target == Target::Rust
+        self.syntax().nests_statements
     }
 
     /// Coefficient of the frozen map, by index.
     pub(super) fn coefficient(self, number: usize) -> String {
-        match self.target {
-            Target::Rust => format!("c({number})"),
-            Target::C | Target::Cuda => self.element("coefficients", number),
-            _ => self.element("c", number),
-        }
+        let (first, ..) = self.syntax().index;
+        let (before, after) = self.syntax().coefficient;
+        format!("{before}{}{after}", first + number)
     }
 
     /// Element of an array by index from 0; in MATLAB a row.
     pub(super) fn element(self, array: &str, number: usize) -> String {
-        match self.target {
-            Target::Julia => format!("{array}[{}]", number + 1),
-            Target::Matlab => format!("{array}({}, :)", number + 1),
-            _ => format!("{array}[{number}]"),
-        }
+        let (first, before, after) = self.syntax().index;
+        format!("{array}{before}{}{after}", first + number)
     }
 
     /// String literal.
     pub(super) fn string(self, text: &str) -> String {
-        match self.target {
-            Target::Rust => string_literal(text),
-            Target::C | Target::Cuda => c_string_literal(text),
-            Target::Matlab => format!("'{}'", plain(text).replace('\'', "''")),
-            _ => format!("{:?}", plain(text)),
-        }
+        (self.syntax().string)(text)
     }
 
     /// Half-width of the window, which may be infinite but not NaN.
     pub(super) fn half_width(self, value: f64) -> Result<String, EmissionError> {
-        match self.target {
-            _ if value != f64::INFINITY => self.number("a half-width of the window", value),
-            Target::Rust => Ok(format!("{}::INFINITY", self.real())),
-            Target::C | Target::Cuda => Ok("INFINITY".into()),
-            Target::JavaScript | Target::Wasm => Ok("Infinity".into()),
-            Target::Python => Ok("np.inf".into()),
-            Target::Julia | Target::Matlab => Ok("Inf".into()),
+        match value == f64::INFINITY {
+            true => Ok(self.of(self.syntax().infinity).to_owned()),
+            false => self.number("a half-width of the window", value),
         }
     }
 
-    /// Optional error, always in double precision. C has no optional numbers: there a negative
-    /// number stands for none.
+    /// Optional error, always in double precision.
     pub(super) fn optional(
         self,
         what: &'static str,
         value: Option<f64>,
     ) -> Result<String, EmissionError> {
-        let literal = value.map(|value| number_literal(what, value)).transpose()?;
-        Ok(match (self.target, literal) {
-            (Target::Rust, None) => "None".into(),
-            (Target::Rust, Some(literal)) => format!("Some({literal})"),
-            (Target::C | Target::Cuda, None) => "-1.0".into(),
-            (Target::JavaScript | Target::Wasm, None) => "null".into(),
-            (Target::Python, None) => "None".into(),
-            (Target::Julia, None) => "nothing".into(),
-            (Target::Matlab, None) => "[]".into(),
-            (_, Some(literal)) => literal,
-        })
+        let (none, (before, after)) = self.syntax().optional;
+        match value {
+            Some(value) => Ok(format!("{before}{}{after}", number_literal(what, value)?)),
+            None => Ok(none.to_owned()),
+        }
     }
-}
-
-/// `half_reciprocal` as `halfReciprocal`.
-fn camel_case(name: &str) -> String {
-    let mut words = name.split('_');
-    let first = words.next().unwrap_or_default().to_owned();
-    words.fold(first, |name, word| {
-        let (initial, rest) = word.split_at(1);
-        name + &initial.to_uppercase() + rest
-    })
-}
-
-/// Text with every character that a language could interpret replaced by `?`.
-fn plain(text: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_graphic() && !matches!(c, '\\' | '"' | '$') || c == ' ';
-    text.chars().map(|c| if is_plain(c) { c } else { '?' }).collect()
 }
 
 /// Largest number of statements in a block.

@@ -320,22 +320,8 @@ pub(super) struct MapLayout {
 pub(super) fn map(target: Target, layout: &MapLayout) -> Result<String, EmissionError> {
     let mut context = tera::Context::new();
     context.insert("map", layout);
-    match target {
-        Target::Rust => render("map.rs.tera", include_str!("../../templates/map.rs.tera"), context),
-        Target::C | Target::Cuda => {
-            render("map.c.tera", include_str!("../../templates/map.c.tera"), context)
-        }
-        Target::JavaScript | Target::Wasm => {
-            render("map.js.tera", include_str!("../../templates/map.js.tera"), context)
-        }
-        Target::Python => {
-            render("map.py.tera", include_str!("../../templates/map.py.tera"), context)
-        }
-        Target::Julia => {
-            render("map.jl.tera", include_str!("../../templates/map.jl.tera"), context)
-        }
-        Target::Matlab => render("map.m.tera", include_str!("../../templates/map.m.tera"), context),
-    }
+    let (name, text) = target.syntax().template;
+    render(name, text, context)
 }
 
 /// Manifest of a standalone crate.

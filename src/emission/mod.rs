@@ -1,5 +1,6 @@
 //! Emission of local maps as source code in seven languages, and as WebAssembly. One straight-line
-//! kernel is printed by templates that hold only layout, or written as instructions.
+//! kernel is printed in the syntax of a language, one constant each, by templates that hold only
+//! layout; or written as instructions.
 //!
 //! Deliberately absent: dynamics. This floor sees polynomials.
 
@@ -10,6 +11,7 @@ mod layout;
 mod module;
 mod names;
 mod options;
+mod syntax;
 mod wasm;
 
 pub use emitted_crate::{Difference, EmittedCrate};

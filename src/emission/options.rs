@@ -39,50 +39,27 @@ impl Target {
 
     /// Word for the target in commands and templates.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Rust => "rust",
-            Self::C => "c",
-            Self::Cuda => "cuda",
-            Self::JavaScript => "javascript",
-            Self::Python => "python",
-            Self::Julia => "julia",
-            Self::Matlab => "matlab",
-            Self::Wasm => "wasm",
-        }
+        self.syntax().word
     }
 
     /// Whether the language has only double precision.
     pub fn is_double_only(self) -> bool {
-        matches!(self, Self::JavaScript | Self::Python | Self::Julia | Self::Matlab | Self::Wasm)
+        self.syntax().is_double_only
     }
 
     /// Path to the folder of the emission from the folder of the module.
     pub fn root_from_module(self) -> &'static str {
-        match self {
-            Self::Rust => "..",
-            _ => ".",
-        }
+        self.syntax().root
     }
 
     /// File names of a single map (see [`EmittedCrate::standalone`]), the module first.
     ///
     /// [`EmittedCrate::standalone`]: super::EmittedCrate::standalone
     pub fn files(self, identifier: &str) -> Vec<String> {
-        match self {
-            Self::Rust => {
-                let module = format!("src/{identifier}.rs");
-                vec![module, "Cargo.toml".to_owned(), "src/lib.rs".to_owned()]
-            }
-            Self::C => vec![format!("{identifier}.h")],
-            Self::Cuda => vec![format!("{identifier}.cu")],
-            // NOTE: these languages use the file name as an identifier, which must not be a
-            // keyword.
-            Self::JavaScript => vec![format!("map_{identifier}.js")],
-            Self::Python => vec![format!("map_{identifier}.py")],
-            Self::Julia => vec![format!("map_{identifier}.jl")],
-            Self::Matlab => vec![format!("map_{identifier}.m")],
-            Self::Wasm => vec![format!("map_{identifier}.wasm")],
-        }
+        let (before, after) = self.syntax().file;
+        let others = self.syntax().others.iter();
+        let others = others.map(|&name| name.to_owned());
+        [format!("{before}{identifier}{after}")].into_iter().chain(others).collect()
     }
 }
 
