@@ -29,12 +29,8 @@ const TEMPLATE: &str =
 const WIDTH: usize = 14;
 
 /// An option that takes a number takes a negative one too, which is then read or refused as a
-/// number. An empty default is not shown.
-fn adjusted(option: Arg) -> Arg {
-    let option = match option.get_default_values() {
-        [empty] if empty.is_empty() => option.hide_default_value(true),
-        _ => option,
-    };
+/// number.
+fn with_negative_numbers(option: Arg) -> Arg {
     let numbers = [
         TypeId::of::<f64>(),
         TypeId::of::<Position>(),
@@ -57,8 +53,8 @@ fn adjusted(option: Arg) -> Arg {
 
 /// The command line of the program.
 pub(super) fn command() -> Command {
-    let command = Arguments::command().mut_args(adjusted);
-    let command = command.mut_subcommands(|command| command.mut_args(adjusted));
+    let command = Arguments::command().mut_args(with_negative_numbers);
+    let command = command.mut_subcommands(|command| command.mut_args(with_negative_numbers));
     let groups = GROUPS.map(|(heading, names)| {
         let about = |name: &str| {
             let found = command.find_subcommand(name).and_then(Command::get_about);

@@ -75,7 +75,7 @@ pub fn one_of<T: Copy + Send + Sync>(words: Words<T>) -> impl TypedValueParser<V
     })
 }
 
-/// Reads positions by name, `name=number,name=number`; none from the empty text.
+/// Reads positions by name, `name=number,name=number`.
 ///
 /// # Errors
 ///
@@ -84,7 +84,7 @@ pub fn positions(text: &str) -> Result<Named<Position>, String> {
     named(text, "NAME=NUMBER")
 }
 
-/// Reads ranges by name, `name=from:to,name=from:to`; none from the empty text.
+/// Reads ranges by name, `name=from:to,name=from:to`.
 ///
 /// # Errors
 ///
@@ -99,8 +99,7 @@ fn named<T: FromStr<Err = String>>(text: &str, form: &str) -> Result<Named<T>, S
         let (name, value) = pair.split_once('=').ok_or_else(|| format!("expected {form}"))?;
         Ok((name.trim().to_owned(), value.parse()?))
     };
-    let pairs = text.split(',').filter(|_| !text.is_empty());
-    pairs.map(pair).collect::<Result<_, String>>().map(Named)
+    text.split(',').map(pair).collect::<Result<_, String>>().map(Named)
 }
 
 /// Reads finite numbers by name.
@@ -133,8 +132,7 @@ pub(super) fn shares(text: &str) -> Result<Named<f64>, String> {
         let value = if share.trim().ends_with('%') { value / 100.0 } else { value };
         Ok((name.trim().to_owned(), value))
     };
-    let pairs = text.split(',').filter(|_| !text.is_empty());
-    pairs.map(share).collect::<Result<_, String>>().map(Named)
+    text.split(',').map(share).collect::<Result<_, String>>().map(Named)
 }
 
 /// Reads a finite number above 0.

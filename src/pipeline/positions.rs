@@ -173,18 +173,18 @@ impl<'a> Origin<'a> {
         }
     }
 
-    /// Offsets of positions by name.
-    pub fn offsets(&self, positions: &Named<Position>) -> Named<f64> {
-        let positions = positions.0.iter();
+    /// Offsets of positions by name; none where none are given.
+    pub fn offsets<'p>(&self, positions: impl Into<Option<&'p Named<Position>>>) -> Named<f64> {
+        let positions = positions.into().into_iter().flat_map(|Named(positions)| positions);
         Named(positions.map(|(name, at)| (name.clone(), self.offset(name, *at))).collect())
     }
 
-    /// Offsets of both ends of ranges by name.
-    pub fn ranges(&self, ranges: &Named<Ends>) -> Named<[f64; 2]> {
+    /// Offsets of both ends of ranges by name; none where none are given.
+    pub fn ranges<'r>(&self, ranges: impl Into<Option<&'r Named<Ends>>>) -> Named<[f64; 2]> {
         let ends = |(name, Ends(ends)): &(String, Ends)| {
             (name.clone(), ends.map(|end| self.offset(name, end)))
         };
-        Named(ranges.0.iter().map(ends).collect())
+        Named(ranges.into().into_iter().flat_map(|Named(ranges)| ranges).map(ends).collect())
     }
 
     /// Offsets of both ends of a range of one parameter.

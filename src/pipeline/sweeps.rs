@@ -2,7 +2,7 @@
 //! `basin`.
 
 use std::io::Write;
-use std::mem;
+use std::{mem, slice};
 
 use serde::{Deserialize, Serialize};
 
@@ -61,24 +61,18 @@ pub trait Drawable: Serialize + Send + Sync + Sized {
     const KIND: DocumentKind;
     /// File name of the document, without extension.
     const STEM: &'static str;
-    /// Whether one result has a document of its own, and not a list.
+    /// Whether one result has a document of its own, and not a list; no document holds times then.
     const ALONE: bool;
-    /// Measured times.
-    type Times;
-    /// Content of the rows.
-    type Bulk;
+    /// Measured times, by default none.
+    type Times: Default;
+    /// Content of the rows, by default none.
+    type Bulk: Default;
 
-    /// Takes the measured times away.
-    fn take_times(&mut self) -> Self::Times;
+    /// Exchanges the measured times.
+    fn swap_times(&mut self, times: &mut Self::Times);
 
-    /// Gives measured times back.
-    fn give_times(&mut self, times: Self::Times);
-
-    /// Takes the content of the rows away.
-    fn take_bulk(&mut self) -> Self::Bulk;
-
-    /// Gives the content of the rows back.
-    fn give_bulk(&mut self, bulk: Self::Bulk);
+    /// Exchanges the content of the rows.
+    fn swap_bulk(&mut self, bulk: &mut Self::Bulk);
 
     /// Text about all results.
     fn text(results: &[Self]) -> String;
@@ -166,12 +160,10 @@ impl<T: Drawable> Drawn<T> {
 
     fn write_data(&self, folder: &OutputFolder) -> Result<(), Error> {
         if T::ALONE {
-            for (document, stem) in self.documents().iter().zip(stems(T::STEM, self.results.len()))
-            {
-                folder.write_streamed(&format!("{stem}.json"), |out| write_json(out, document))?;
-            }
-            for (number, stem) in stems(T::STEM, self.results.len()).enumerate() {
-                let rows = T::rows(&self.results[number..=number]);
+            for (result, stem) in self.named(T::STEM) {
+                let document = ByMap::new(T::KIND, result, &self.map);
+                folder.write_streamed(&format!("{stem}.json"), |out| write_json(out, &document))?;
+                let rows = T::rows(slice::from_ref(result));
                 folder.write_streamed(&format!("{stem}.csv"), |out| rows.write_csv(out))?;
             }
         } else {
@@ -191,12 +183,22 @@ impl<T: Drawable> Drawn<T> {
         Ok(())
     }
 
+    /// Runs `work` on the results without a part of each, which `swap` exchanges.
+    fn without<P: Default, R>(
+        &mut self,
+        swap: fn(&mut T, &mut P),
+        work: impl FnOnce(&mut Self) -> R,
+    ) -> R {
+        let mut parts: Vec<P> = self.results.iter().map(|_| P::default()).collect();
+        self.results.iter_mut().zip(&mut parts).for_each(|(result, part)| swap(result, part));
+        let done = work(self);
+        self.results.iter_mut().zip(&mut parts).for_each(|(result, part)| swap(result, part));
+        done
+    }
+
     /// Runs `work` on the results without their measured times.
     fn timeless<R>(&mut self, work: impl FnOnce(&mut Self) -> R) -> R {
-        let times: Vec<T::Times> = self.results.iter_mut().map(T::take_times).collect();
-        let done = work(self);
-        self.results.iter_mut().zip(times).for_each(|(result, times)| result.give_times(times));
-        done
+        self.without(T::swap_times, work)
     }
 }
 
@@ -207,18 +209,11 @@ impl<T: Drawable> Results for Drawn<T> {
 
     fn write_document(&mut self, extent: Extent, out: &mut dyn Write) -> Result<(), ReportError> {
         match extent {
-            Extent::Whole => self.write_whole(out),
-            Extent::Timeless => self.timeless(|drawn| drawn.write_whole(out)),
-            Extent::Head => self.timeless(|drawn| {
-                let bulk: Vec<T::Bulk> = drawn.results.iter_mut().map(T::take_bulk).collect();
-                let written = drawn.write_whole(out);
-                drawn
-                    .results
-                    .iter_mut()
-                    .zip(bulk)
-                    .for_each(|(result, bulk)| result.give_bulk(bulk));
-                written
-            }),
+            Extent::Whole if !T::ALONE => self.write_whole(out),
+            Extent::Whole | Extent::Timeless => self.timeless(|drawn| drawn.write_whole(out)),
+            Extent::Head => {
+                self.timeless(|drawn| drawn.without(T::swap_bulk, |drawn| drawn.write_whole(out)))
+            }
         }
     }
 
@@ -264,22 +259,17 @@ impl Drawable for Diagram {
     type Times = (Option<f64>, Vec<Timing>);
     type Bulk = Vec<Vec<DiagramPoint>>;
 
-    fn take_times(&mut self) -> Self::Times {
-        let times = self.sweeps.iter_mut().map(|sweep| mem::take(&mut sweep.timing));
-        (self.speed_ratio.take(), times.collect())
+    fn swap_times(&mut self, (ratio, times): &mut Self::Times) {
+        mem::swap(&mut self.speed_ratio, ratio);
+        times.resize_with(self.sweeps.len(), Timing::default);
+        let sweeps = self.sweeps.iter_mut().zip(times);
+        sweeps.for_each(|(sweep, time)| mem::swap(&mut sweep.timing, time));
     }
 
-    fn give_times(&mut self, (ratio, times): Self::Times) {
-        self.speed_ratio = ratio;
-        self.sweeps.iter_mut().zip(times).for_each(|(sweep, time)| sweep.timing = time);
-    }
-
-    fn take_bulk(&mut self) -> Self::Bulk {
-        self.sweeps.iter_mut().map(|sweep| mem::take(&mut sweep.points)).collect()
-    }
-
-    fn give_bulk(&mut self, bulk: Self::Bulk) {
-        self.sweeps.iter_mut().zip(bulk).for_each(|(sweep, points)| sweep.points = points);
+    fn swap_bulk(&mut self, bulk: &mut Self::Bulk) {
+        bulk.resize_with(self.sweeps.len(), Vec::new);
+        let sweeps = self.sweeps.iter_mut().zip(bulk);
+        sweeps.for_each(|(sweep, points)| mem::swap(&mut sweep.points, points));
     }
 
     fn text(diagrams: &[Self]) -> String {
@@ -310,20 +300,12 @@ impl Drawable for Chart {
     type Times = Timing;
     type Bulk = Vec<ChartCell>;
 
-    fn take_times(&mut self) -> Timing {
-        mem::take(&mut self.timing)
+    fn swap_times(&mut self, times: &mut Timing) {
+        mem::swap(&mut self.timing, times);
     }
 
-    fn give_times(&mut self, times: Timing) {
-        self.timing = times;
-    }
-
-    fn take_bulk(&mut self) -> Self::Bulk {
-        mem::take(&mut self.cells)
-    }
-
-    fn give_bulk(&mut self, bulk: Self::Bulk) {
-        self.cells = bulk;
+    fn swap_bulk(&mut self, bulk: &mut Self::Bulk) {
+        mem::swap(&mut self.cells, bulk);
     }
 
     fn text(charts: &[Self]) -> String {
@@ -357,20 +339,12 @@ impl Drawable for Basin {
     type Times = Timing;
     type Bulk = Vec<BasinClass>;
 
-    fn take_times(&mut self) -> Timing {
-        mem::take(&mut self.timing)
+    fn swap_times(&mut self, times: &mut Timing) {
+        mem::swap(&mut self.timing, times);
     }
 
-    fn give_times(&mut self, times: Timing) {
-        self.timing = times;
-    }
-
-    fn take_bulk(&mut self) -> Self::Bulk {
-        mem::take(&mut self.cells)
-    }
-
-    fn give_bulk(&mut self, bulk: Self::Bulk) {
-        self.cells = bulk;
+    fn swap_bulk(&mut self, bulk: &mut Self::Bulk) {
+        mem::swap(&mut self.cells, bulk);
     }
 
     fn text(basins: &[Self]) -> String {
@@ -420,10 +394,9 @@ pub struct BasinKeys {
             long,
             value_name = "NAME=OFFSET,...",
             value_parser = positions,
-            default_value = ""
         )
     )]
-    pub at: Named<Position>,
+    pub at: Option<Named<Position>>,
     /// Whether all numbers of parameters and coordinates are values.
     #[cfg_attr(feature = "cli", command(flatten))]
     pub values: Counting,
@@ -440,10 +413,9 @@ pub struct BasinKeys {
             long,
             value_name = "NAME=FROM:TO,...",
             value_parser = ranges,
-            default_value = ""
         )
     )]
-    pub range: Named<Ends>,
+    pub range: Option<Named<Ends>>,
     /// Number of cells along both axes, or along each. Default: 400.
     #[cfg_attr(
         feature = "cli",
@@ -469,10 +441,9 @@ pub struct BasinKeys {
             long,
             value_name = "NAME=OFFSET,...",
             value_parser = positions,
-            default_value = ""
         )
     )]
-    pub start: Named<Position>,
+    pub start: Option<Named<Position>>,
     /// Method that iterates the states. Default: guarded.
     #[cfg_attr(
         feature = "cli",
@@ -515,12 +486,12 @@ impl BasinKeys {
         let mut request = BasinRequest::over_the_window(map.local());
         let coordinates = &map.local().section.coordinates;
         let origin = Origin::new(map.settled().graze(), self.values);
-        if !self.at.is_empty() {
-            let at = origin.offsets(&self.at);
+        let at = origin.offsets(self.at.as_ref());
+        if !at.is_empty() {
             request.parameters = ActiveParameters::of(map.scene(), map.local()).at(&at)?;
         }
-        if !self.start.is_empty() {
-            let start = origin.offsets(&self.start);
+        let start = origin.offsets(self.start.as_ref());
+        if !start.is_empty() {
             request.origin = named_offsets("start", COORDINATES, &start, coordinates)?;
         }
         if let [first, second] = &self.axes[..] {
@@ -530,11 +501,11 @@ impl BasinKeys {
             return Err(KeyError::NotTwoAxes { found: self.axes.len() });
         }
         let named =
-            |place: usize| self.start.0.iter().any(|(name, _)| name.trim() == coordinates[place]);
+            |place: usize| start.0.iter().any(|(name, _)| name.trim() == coordinates[place]);
         if let Some(place) = request.axes.into_iter().find(|&place| named(place)) {
             return Err(KeyError::Varies { key: "start", name: coordinates[place].clone() });
         }
-        for (name, range) in &origin.ranges(&self.range).0 {
+        for (name, range) in &origin.ranges(self.range.as_ref()).0 {
             let place = place_of("range", COORDINATES, name, coordinates)?;
             let axis = request.axes.iter().position(|&axis| axis == place);
             let axis = axis.ok_or_else(|| KeyError::NoAxis { name: name.clone() })?;

@@ -104,7 +104,7 @@ pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<String
         return Ok(None);
     }
     let origin = Origin::new(map.settled().graze(), options.counting);
-    let named = options.range.as_ref().map(|ranges| origin.ranges(ranges)).unwrap_or_default();
+    let named = origin.ranges(options.range.as_ref());
     let other = named.0.iter().find(|(name, _)| !options.plane.contains(name));
     if let Some((name, _)) = other {
         return Err(CliError::RangeOfNoAxis { name: name.clone() });

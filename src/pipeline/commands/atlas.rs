@@ -42,11 +42,10 @@ pub struct AtlasKeys {
             long,
             value_name = "NAME=FROM:TO,...",
             value_parser = ranges,
-            default_value = "",
             conflicts_with = "load"
         )
     )]
-    pub range: Named<Ends>,
+    pub range: Option<Named<Ends>>,
     /// Offsets of parameters that are fixed (0 if not named).
     #[cfg_attr(
         feature = "cli",
@@ -54,11 +53,10 @@ pub struct AtlasKeys {
             long,
             value_name = "NAME=OFFSET,...",
             value_parser = positions,
-            default_value = "",
             conflicts_with = "load"
         )
     )]
-    pub at: Named<Position>,
+    pub at: Option<Named<Position>>,
     /// Whether all numbers of parameters and coordinates are values.
     #[cfg_attr(feature = "cli", command(flatten))]
     pub values: Counting,
@@ -140,8 +138,8 @@ impl Default for AtlasKeys {
     /// Tolerance 1e-6, order 6, 20 halvings, 2000 boxes, 500 points, no picture.
     fn default() -> Self {
         Self {
-            range: Named::default(),
-            at: Named::default(),
+            range: None,
+            at: None,
             values: Counting::default(),
             phase: None,
             tolerance: Self::TOLERANCE,
@@ -218,9 +216,10 @@ impl AtlasKeys {
         let point = StroboscopicPoint::new(scene, orbit, phase)?;
         let states = Named::new(model.states.iter().cloned().zip(point.states.iter().copied()));
         let counted = Origin::new(graze, self.values).with_coordinates(states);
-        for (name, offset) in &counted.offsets(&self.at).0 {
+        let ranged = counted.ranges(self.range.as_ref());
+        for (name, offset) in &counted.offsets(self.at.as_ref()).0 {
             let parameter = parameter_number(scene, name)?;
-            if self.range.0.iter().any(|(ranged, _)| ranged == name) {
+            if ranged.get(name).is_some() {
                 return Err(
                     KeyError::NamedTwice { key: "range with at", name: name.clone() }.into()
                 );
@@ -235,7 +234,7 @@ impl AtlasKeys {
             state.map(|state| Dd::from(point.states[state])).or_else(of_parameter)
         };
         let mut ranges = Vec::new();
-        for (name, ends) in &counted.ranges(&self.range).0 {
+        for (name, ends) in &ranged.0 {
             let unknown = || RegionError::UnknownName { name: name.clone() };
             let from = origin(name).ok_or_else(unknown).map_err(AnalysisError::from)?;
             ranges.push((name.clone(), ends.map(|end| (from + Dd::from(end)).to_f64())));

@@ -37,9 +37,9 @@ pub struct BranchKeys {
     /// Offsets of further active parameters from the graze (0 if not named).
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)
     )]
-    pub at: Named<Position>,
+    pub at: Option<Named<Position>>,
     /// Whether all numbers of parameters and coordinates are values.
     #[cfg_attr(feature = "cli", command(flatten))]
     pub values: Counting,
@@ -118,7 +118,7 @@ impl BranchKeys {
 
     /// Origin of the offsets, the ends of the range, and the offsets of further parameters.
     fn offsets<'m>(&self, map: &'m Map) -> Stretch<'m> {
-        stretch(map, self.values, &self.along, [self.from, self.to], &self.at)
+        stretch(map, self.values, &self.along, [self.from, self.to], self.at.as_ref())
     }
 
     /// Computes a share of the pieces of [`answer`](Self::answer).
@@ -174,7 +174,7 @@ fn stretch<'m>(
     values: Counting,
     along: &str,
     ends: [Option<Position>; 2],
-    at: &Named<Position>,
+    at: Option<&Named<Position>>,
 ) -> Stretch<'m> {
     let origin = Origin::new(map.settled().graze(), values);
     let (ends, at) = (origin.range(along, ends), origin.offsets(at));
@@ -244,9 +244,9 @@ pub struct LociKeys {
     /// Offsets of further active parameters from the graze (0 if not named).
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)
     )]
-    pub at: Named<Position>,
+    pub at: Option<Named<Position>>,
     /// Whether all numbers of parameters and coordinates are values.
     #[cfg_attr(feature = "cli", command(flatten))]
     pub values: Counting,
@@ -305,7 +305,7 @@ impl LociKeys {
     /// Origin of the offsets, the ends of the range, and the offsets of further parameters.
     fn offsets<'m>(&self, map: &'m Map) -> Stretch<'m> {
         let first = self.plane.first().map_or("", String::as_str);
-        stretch(map, self.values, first, [self.from, self.to], &self.at)
+        stretch(map, self.values, first, [self.from, self.to], self.at.as_ref())
     }
 
     /// Computes the loci and lays them out.

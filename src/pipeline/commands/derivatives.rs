@@ -28,9 +28,9 @@ pub struct DerivativesKeys {
     /// States and phase at the start (0 if not named).
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=VALUE,...", value_parser = values, default_value = "")
+        arg(long, value_name = "NAME=VALUE,...", value_parser = values)
     )]
-    pub start: Named<f64>,
+    pub start: Option<Named<f64>>,
     /// Time after which the derivatives are taken.
     #[cfg_attr(
         feature = "cli",
@@ -67,8 +67,7 @@ pub struct DerivativesKeys {
 impl Default for DerivativesKeys {
     /// Gradient of the return after one forcing period.
     fn default() -> Self {
-        let start = Named::default();
-        Self { start, at: None, returns: 1, parameters: None, order: 1 }
+        Self { start: None, at: None, returns: 1, parameters: None, order: 1 }
     }
 }
 
@@ -80,7 +79,8 @@ impl DerivativesKeys {
     /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown names and numbers out of range,
     /// [`Error::Derivatives`] where a derivative does not exist.
     pub fn jets(&self, scene: &Scene, progress: &dyn Progress) -> Result<JetsAlong, Error> {
-        let start = named_offsets("start", STATES, &self.start, &scene.model.full_state_names())?;
+        let given = self.start.clone().unwrap_or_default();
+        let start = named_offsets("start", STATES, &given, &scene.model.full_state_names())?;
         let at = self.at.map(|at| finite("at", at)).transpose()?;
         if let Some(value) = at.filter(|at| *at <= 0.0) {
             return Err(KeyError::NotPositive { key: "at", value }.into());

@@ -29,9 +29,9 @@ pub struct TrajectoryKeys {
     /// Offsets of active parameters from the graze (0 if not named).
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)
     )]
-    pub at: Named<Position>,
+    pub at: Option<Named<Position>>,
     /// Whether all numbers of parameters and coordinates are values.
     #[cfg_attr(feature = "cli", command(flatten))]
     pub values: Counting,
@@ -39,9 +39,9 @@ pub struct TrajectoryKeys {
     /// orbit.
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)
     )]
-    pub start: Named<Position>,
+    pub start: Option<Named<Position>>,
     /// Start on the periodic orbit with this itinerary: 1 for contact, 0 for none, passage by
     /// passage and return by return.
     #[cfg_attr(feature = "cli", arg(long, value_name = "DIGITS", conflicts_with = "start"))]
@@ -98,9 +98,9 @@ impl Default for TrajectoryKeys {
     /// The grazing orbit over one return, in 400 rows.
     fn default() -> Self {
         Self {
-            at: Named::default(),
+            at: None,
             values: Counting::default(),
-            start: Named::default(),
+            start: None,
             itinerary: None,
             settle: 0,
             periods: 1,
@@ -128,11 +128,11 @@ impl TrajectoryKeys {
         settled: &Settled,
         progress: &dyn Progress,
     ) -> Result<AskedTrajectory, Error> {
-        if self.itinerary.is_some() && !self.start.is_empty() {
+        if self.itinerary.is_some() && self.start.as_ref().is_some_and(|start| !start.is_empty()) {
             return Err(KeyError::BothGiven { keys: ["start", "itinerary"] }.into());
         }
         let origin = Origin::new(settled.graze(), self.values);
-        let (at, start) = (origin.offsets(&self.at), origin.offsets(&self.start));
+        let (at, start) = (origin.offsets(self.at.as_ref()), origin.offsets(self.start.as_ref()));
         let scene = settled.scene();
         let active = scene.expansion.active.iter();
         let active: Vec<&str> =

@@ -30,18 +30,18 @@ pub struct FitKeys {
     /// Offsets of active parameters from the graze (0 if not named); the fit starts there.
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "P=OFFSET,...", value_parser = positions, default_value = "")
+        arg(long, value_name = "P=OFFSET,...", value_parser = positions)
     )]
-    pub at: Named<Position>,
+    pub at: Option<Named<Position>>,
     /// Whether all numbers of parameters and coordinates are values.
     #[cfg_attr(feature = "cli", command(flatten))]
     pub values: Counting,
     /// Standard deviation of the measurement of every coordinate. Default: that of the residuals.
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=SIZE,...", value_parser = sizes, default_value = "")
+        arg(long, value_name = "NAME=SIZE,...", value_parser = sizes)
     )]
-    pub noise: Named<f64>,
+    pub noise: Option<Named<f64>>,
     /// Number of returns in a piece, which has a start of its own; 0: a series is one piece.
     #[cfg_attr(
         feature = "cli",
@@ -65,9 +65,9 @@ impl Default for FitKeys {
     fn default() -> Self {
         Self {
             parameters: Vec::new(),
-            at: Named::default(),
+            at: None,
             values: Counting::default(),
-            noise: Named::default(),
+            noise: None,
             piece: FitRequest::PIECE as u32,
             withheld: 0,
             method: Method::Guarded,
@@ -87,10 +87,8 @@ impl FitKeys {
         if places.is_empty() {
             return Err(KeyError::NothingNamed { key: "parameters" });
         }
-        let noise = match self.noise.is_empty() {
-            true => None,
-            false => Some(self.deviations(map)?),
-        };
+        let noise = self.noise.as_ref().filter(|noise| !noise.is_empty());
+        let noise = noise.map(|noise| deviations(map, noise)).transpose()?;
         Ok(FitRequest {
             parameters: places,
             at: parameters.at(&self.offsets(map))?,
@@ -104,17 +102,7 @@ impl FitKeys {
 
     /// Offsets of active parameters.
     fn offsets(&self, map: &Map) -> Named<f64> {
-        Origin::new(map.settled().graze(), self.values).offsets(&self.at)
-    }
-
-    /// Standard deviation of every coordinate.
-    fn deviations(&self, map: &Map) -> Result<Vec<f64>, KeyError> {
-        let coordinates = &map.local().section.coordinates;
-        let noise = named_offsets("noise", COORDINATES, &self.noise, coordinates)?;
-        match noise.iter().find(|&&deviation| deviation <= 0.0) {
-            Some(&value) => Err(KeyError::NotPositive { key: "noise", value }),
-            None => Ok(noise),
-        }
+        Origin::new(map.settled().graze(), self.values).offsets(self.at.as_ref())
     }
 
     /// Computes the fit and lays it out.
@@ -140,6 +128,16 @@ impl FitKeys {
     }
 }
 
+/// Standard deviation of every coordinate.
+fn deviations(map: &Map, noise: &Named<f64>) -> Result<Vec<f64>, KeyError> {
+    let coordinates = &map.local().section.coordinates;
+    let noise = named_offsets("noise", COORDINATES, noise, coordinates)?;
+    match noise.iter().find(|&&deviation| deviation <= 0.0) {
+        Some(&value) => Err(KeyError::NotPositive { key: "noise", value }),
+        None => Ok(noise),
+    }
+}
+
 /// Keys of orbits under noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::Args))]
@@ -154,9 +152,9 @@ pub struct NoiseKeys {
     /// Means of active parameters, as offsets from the graze (0 if not named).
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "P=OFFSET,...", value_parser = positions, default_value = "")
+        arg(long, value_name = "P=OFFSET,...", value_parser = positions)
     )]
-    pub at: Named<Position>,
+    pub at: Option<Named<Position>>,
     /// Whether all numbers of parameters and coordinates are values.
     #[cfg_attr(feature = "cli", command(flatten))]
     pub values: Counting,
@@ -166,9 +164,9 @@ pub struct NoiseKeys {
     /// Offsets of section coordinates at which the orbits start (0 if not named).
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions, default_value = "")
+        arg(long, value_name = "NAME=OFFSET,...", value_parser = positions)
     )]
-    pub start: Named<Position>,
+    pub start: Option<Named<Position>>,
     /// Number of orbits.
     #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = 1000))]
     pub orbits: u32,
@@ -181,9 +179,9 @@ pub struct NoiseKeys {
     /// First and last offset of a coordinate. Default: the window's.
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "NAME=FROM:TO,...", value_parser = ranges, default_value = "")
+        arg(long, value_name = "NAME=FROM:TO,...", value_parser = ranges)
     )]
-    pub range: Named<Ends>,
+    pub range: Option<Named<Ends>>,
     /// Number of cells along every coordinate.
     #[cfg_attr(
         feature = "cli",
@@ -212,14 +210,14 @@ impl Default for NoiseKeys {
     fn default() -> Self {
         Self {
             deviations: Named::default(),
-            at: Named::default(),
+            at: None,
             values: Counting::default(),
             law: NoiseLaw::Normal,
-            start: Named::default(),
+            start: None,
             orbits: 1000,
             transient: 100,
             keep: 1000,
-            range: Named::default(),
+            range: None,
             cells: 100,
             seed: 0,
             method: Method::Guarded,
@@ -239,7 +237,7 @@ impl NoiseKeys {
         let widths = map.local().window.state.iter();
         let mut ranges: Vec<[f64; 2]> = widths.map(|&width| [-width, width]).collect();
         let origin = Origin::new(map.settled().graze(), self.values);
-        for (name, range) in &origin.ranges(&self.range).0 {
+        for (name, range) in &origin.ranges(self.range.as_ref()).0 {
             ranges[place_of("range", COORDINATES, name, coordinates)?] = *range;
         }
         if let Some(range) = ranges.iter().find(|[from, to]| !(to - from).is_normal()) {
@@ -249,13 +247,13 @@ impl NoiseKeys {
             0 => Err(KeyError::NotPositive { key, value: 0.0 }),
             value => Ok(value as usize),
         };
-        let start = origin.offsets(&self.start);
+        let start = origin.offsets(self.start.as_ref());
         let deviations = parameters.offsets("deviations", &self.deviations)?;
         if let Some(&value) = deviations.iter().find(|deviation| **deviation < 0.0) {
             return Err(KeyError::Negative { key: "deviations", value });
         }
         Ok(NoiseRequest {
-            at: parameters.at(&origin.offsets(&self.at))?,
+            at: parameters.at(&origin.offsets(self.at.as_ref()))?,
             deviations,
             law: self.law,
             start: named_offsets("start", COORDINATES, &start, coordinates)?,

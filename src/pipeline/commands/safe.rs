@@ -49,9 +49,9 @@ pub struct SafeKeys {
     /// Tolerances of parameters, relative to their values; a box that is looked at as a whole.
     #[cfg_attr(
         feature = "cli",
-        arg(long, value_name = "P=5%,...", value_parser = shares, default_value = "")
+        arg(long, value_name = "P=5%,...", value_parser = shares)
     )]
-    pub tolerance: Named<f64>,
+    pub tolerance: Option<Named<f64>>,
     /// Number of starts along each axis from which direct simulation looks for other attractors; 0:
     /// none.
     #[cfg_attr(
@@ -69,7 +69,7 @@ pub struct SafeKeys {
 impl Default for SafeKeys {
     /// No tolerance; 16 by 16 starts.
     fn default() -> Self {
-        Self { tolerance: Named::default(), points: STARTS }
+        Self { tolerance: None, points: STARTS }
     }
 }
 
@@ -83,7 +83,7 @@ impl SafeKeys {
     pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
         let adjusted = scene.grazing.solve_for[0];
         let mut tolerances = Vec::new();
-        for (name, tolerance) in &self.tolerance.0 {
+        for (name, tolerance) in self.tolerance.iter().flat_map(|Named(given)| given) {
             let parameter = parameter_number(scene, name)?;
             if finite("tolerance", *tolerance)? <= 0.0 {
                 return Err(KeyError::NotPositive { key: "tolerance", value: *tolerance }.into());

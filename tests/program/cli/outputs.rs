@@ -240,6 +240,8 @@ fn basins_that_a_scene_asks_for_are_made_without_options() {
     let one = json(folder.path(), &["basin", "two.toml", "-q", "--points", "4", "--json", "-"]);
     assert_eq!(one["axes"][0]["offsets"].as_array().map(Vec::len), Some(4));
     assert_eq!(one["manifolds"], serde_json::Value::Null);
+    // Equal for equal requests: the text alone holds the measured time.
+    assert_eq!(one["timing"], serde_json::json!({"iterates": 0, "seconds": 0.0, "threads": 0}));
 }
 
 #[test]
