@@ -4,6 +4,7 @@
 mod support;
 
 mod affine_flow;
+mod composed_features;
 mod contact_derivatives;
 mod contact_laws;
 mod contacts_that_pull;

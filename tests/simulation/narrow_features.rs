@@ -434,6 +434,9 @@ fn flat_forces() -> Vec<Force> {
         (t.cos() * (3.0 * t).cos()).powi(15) * (2.0 * t).sin().powi(14)
     });
     force("(0.5 - 0.5*cos(theta))^15", |t| (0.5 - 0.5 * t.cos()).powi(15));
+    force("(0.9*cos(theta)^15 + 0.1*cos(3*theta)^15)^15", |t| {
+        (0.9 * t.cos().powi(15) + 0.1 * (3.0 * t).cos().powi(15)).powi(15)
+    });
     force("((1 - cos(theta))^2/4*(1 - cos(theta + 0.01))/2)^15", |t| {
         (0.125 * (1.0 - t.cos()).powi(2) * (1.0 - (t + 0.01).cos())).powi(15)
     });

@@ -1,5 +1,5 @@
-//! Integrals of functions that change rapidly at known places, by Gauss' rule on cells that shrink
-//! towards these places.
+//! Integrals of functions that change rapidly, by Gauss' rule on cells that shrink towards known
+//! places, or on many equal cells.
 
 use std::f64::consts::{PI, TAU};
 
@@ -48,6 +48,17 @@ pub(crate) fn integral(value: impl Fn(f64) -> f64, [from, to]: [f64; 2], places:
     }
     ends.retain(|end| (from..=to).contains(end));
     ends.sort_by(f64::total_cmp);
+    on_cells(value, &ends)
+}
+
+/// The integral from `from` to `to` of a function, on a number of equal cells.
+pub(crate) fn even_integral(value: impl Fn(f64) -> f64, [from, to]: [f64; 2], cells: usize) -> f64 {
+    let end = |cell: usize| from + (to - from) * cell as f64 / cells as f64;
+    on_cells(value, &Vec::from_iter((0..=cells).map(end)))
+}
+
+/// The integral over cells, given by their ends.
+fn on_cells(value: impl Fn(f64) -> f64, ends: &[f64]) -> f64 {
     let rule = gauss();
     let (mut sum, mut rest) = (0.0, 0.0);
     for pair in ends.windows(2) {

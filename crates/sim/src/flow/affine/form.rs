@@ -32,6 +32,12 @@ type Form = BTreeMap<Term, NodeId>;
 /// Largest power of a trigonometric expression that is expanded.
 const LARGEST_POWER: i32 = 16;
 
+/// Largest number of terms of a product that is expanded.
+///
+/// NOTE: products of products with other multiples of the phase have as many harmonics as the
+/// product of their degrees; with that many, an exact step costs more than one of Taylor's method.
+const MOST_TERMS: usize = 96;
+
 /// Decomposes expressions of a graph; new coefficients are added to the graph.
 struct Former<'g> {
     graph: &'g mut ExpressionGraph,
@@ -139,7 +145,8 @@ impl<'g> Former<'g> {
         sum
     }
 
-    /// Product of two forms, if one is constant or both are trigonometric.
+    /// Product of two forms, if one is constant or both are trigonometric and the product has at
+    /// most [`MOST_TERMS`].
     fn product(&mut self, a: &Form, b: &Form) -> Option<Form> {
         for (constant, other) in [(a, b), (b, a)] {
             if is_constant(constant) {
@@ -154,6 +161,9 @@ impl<'g> Former<'g> {
             for (&right, &b) in b {
                 let coefficient = self.graph.mul(a, b);
                 self.add_product(&mut product, left, right, coefficient)?;
+            }
+            if product.len() > MOST_TERMS {
+                return None;
             }
         }
         Some(product)
@@ -186,8 +196,9 @@ impl<'g> Former<'g> {
         let multiples = [self.graph.sub(a, b), self.graph.add(a, b)];
         for (multiple, factor) in multiples.into_iter().zip(signs) {
             let harmonic = self.harmonic(multiple, function);
-            let harmonic = self.scaled(&harmonic, factor);
-            *form = self.sum(form, &harmonic);
+            for (term, value) in self.scaled(&harmonic, factor) {
+                self.add_term(form, term, value);
+            }
         }
         Some(())
     }
