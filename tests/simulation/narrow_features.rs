@@ -470,6 +470,20 @@ fn integrals_over_flat_forces_beside_a_wave_are_those_of_gauss_rule() {
     }
 }
 
+/// Such a force alone, from its zeros on: everything is at rest, to more digits than a number has.
+#[test]
+fn a_flat_force_moves_what_it_finds_at_rest() {
+    for Force { text, places, value } in flat_forces() {
+        for from in [0.0, FRAC_PI_2, PI] {
+            let to = from + 1.5 * TAU;
+            let exact = integrated(&value, [from, to], &places);
+            let found = flown_freely(&text, from, to - from);
+            let error = (found - exact).abs();
+            assert!(error < 2e-12, "{text} from {from}: {error:e} of {exact}");
+        }
+    }
+}
+
 #[test]
 fn a_force_that_changes_on_a_short_way_of_the_state_keeps_the_energy() {
     // Potentials of height 0.1 with x' = 1 far away: v²/2 + V.

@@ -346,11 +346,44 @@ pub(super) fn error(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) ->
 
 /// Error of each coordinate at one point; not finite if the map has no image.
 pub(super) fn errors(map: &dyn DiscreteMap, point: &SamplePoint, truth: &[Dd]) -> Vec<f64> {
-    let mut image = vec![0.0; map.dimension()];
-    map.step(&point.state, &point.parameters, &mut image);
-    let pairs = image.into_iter().zip(truth);
+    let pairs = image_of(map, point).into_iter().zip(truth);
     pairs.map(|(value, &exact)| (Dd::from(value) - exact).to_f64().abs()).collect()
 }
+
+fn image_of(map: &dyn DiscreteMap, point: &SamplePoint) -> Vec<f64> {
+    let mut image = vec![0.0; map.dimension()];
+    map.step(&point.state, &point.parameters, &mut image);
+    image
+}
+
+/// Changes of a map's image, by coordinate, as each offset of a point moves by [`LAST_PLACES`] of
+/// its own: errors that no map in double precision is without.
+///
+/// NOTE: next to a contact in the wake of another one, the depth is a difference of far larger
+/// numbers, and its root moves by far more than its rounding.
+pub(super) fn rounding_of(map: &dyn DiscreteMap, point: &SamplePoint) -> Vec<f64> {
+    let here = image_of(map, point);
+    let mut changes = vec![0.0; here.len()];
+    let mut moved = point.clone();
+    let count = point.state.len() + point.parameters.len();
+    for place in 0..count {
+        for side in [-LAST_PLACES, LAST_PLACES] {
+            moved.clone_from(point);
+            let mut offsets = moved.state.iter_mut().chain(&mut moved.parameters);
+            if let Some(offset) = offsets.nth(place) {
+                *offset *= 1.0 + side * f64::EPSILON;
+            }
+            let there = image_of(map, &moved);
+            for ((change, there), here) in changes.iter_mut().zip(there).zip(&here) {
+                *change += (there - here).abs();
+            }
+        }
+    }
+    changes
+}
+
+/// Number of last places by which sums of the offsets of a point may be rounded.
+const LAST_PLACES: f64 = 2.0;
 
 /// Number of rounds; the fastest counts.
 const ROUNDS: usize = 5;

@@ -15,7 +15,9 @@ use serde::{Deserialize, Serialize};
 use super::ConvergenceError;
 use super::ascent::{Ascents, Largest};
 use super::sample::{SamplePoint, WindowSample};
-use super::truth::{ExactImage, ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, errors};
+use super::truth::{
+    ExactImage, ExactImages, ExactReturns, MOST_PRODUCTS, SampleSummary, errors, rounding_of,
+};
 use crate::expansion::{LocalMap, MapWindow, NaturalWindow};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{DiscreteMap, parallel};
@@ -616,7 +618,13 @@ impl Search<'_> {
         let meets = |returns: &mut ExactReturns<'_>, point: &SamplePoint| {
             let (errors, products) = self.errors(returns, point);
             let met = match errors {
-                Some(errors) => errors.iter().zip(&limits).all(|(error, limit)| error <= limit),
+                Some(errors) => {
+                    let meets = |least: &[f64]| {
+                        let limits = limits.iter().zip(least).map(|(a, b)| a.max(*b));
+                        errors.iter().zip(limits).all(|(&error, limit)| error <= limit)
+                    };
+                    meets(&limits) || meets(&rounding_of(self.run, point))
+                }
                 None => self.skips,
             };
             if met { Ok(products) } else { Err(()) }
