@@ -38,9 +38,10 @@ use crate::numeric::linear::{eigenvalues, inverse};
 use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
-/// Most work for the loci of one kind and itinerary, and for solving for the orbits of a locus in
-/// double-double.
+/// Most work for the loci of one kind and itinerary.
 const LOCI_WORK: u64 = 10 * MOST_WORK;
+/// Most work for solving for the orbits of one locus in double-double.
+const EXACT_WORK: u64 = MOST_WORK;
 /// Largest number of ordinary points of a locus that are solved for in double-double, and the
 /// number kept even if they cost more than following the locus.
 const POINTS: usize = 96;
@@ -508,7 +509,7 @@ impl<'a> DirectLoci<'a> {
     fn described(&self, trace: &TracedLocus) -> Option<Locus> {
         let typical = trace.points.iter().find(|point| point.label.is_none());
         let (_, work) = self.point(trace, typical.or(trace.points.first())?);
-        let most = (LOCI_WORK / work.max(1)).clamp(FEWEST as u64, POINTS as u64) as usize;
+        let most = (EXACT_WORK / work.max(1)).clamp(FEWEST as u64, POINTS as u64) as usize;
         let apart = trace.points.len().div_ceil(most).max(1);
         let last = trace.points.len() - 1;
         let kept =
