@@ -35,8 +35,8 @@ const LARGEST_POWER: i32 = 16;
 /// Largest number of terms of a product that is expanded.
 ///
 /// NOTE: products of products with other multiples of the phase have as many harmonics as the
-/// product of their degrees. An exact step is as short as the fastest of them asks, and its table as
-/// wide as there are terms.
+/// product of their degrees. An exact step is as short as the fastest of them asks, and its table
+/// as wide as there are terms.
 const MOST_TERMS: usize = 96;
 
 /// Decomposes expressions of a graph; new coefficients are added to the graph.
