@@ -252,22 +252,20 @@ impl BranchListing {
         }
     }
 
-    /// Intervals of the parameter on which a branch is stable and physical, as words. They end at
-    /// special points, which need not be stable themselves.
+    /// Intervals of the parameter on which a branch is stable and physical, as words: those drawn
+    /// solid in which some point is known to be stable, and stable points alone.
     fn stable_intervals(&self, branch: &BranchRecord) -> impl Iterator<Item = [String; 2]> {
-        let is_stable = |point: &PointRecord| point.orbit.stable && point.orbit.physical;
         let points = &branch.points;
-        let ends_at = |place: usize| points.get(place).is_some_and(|point| point.special.is_some());
-        let mut next = 0;
-        let runs = points.chunk_by(move |a, b| is_stable(a) == is_stable(b)).map(move |run| {
-            let first = next;
-            next += run.len();
-            (is_stable(&run[0]), first, next)
-        });
-        runs.filter(|(stable, ..)| *stable).map(move |(_, first, end)| {
-            let first = first - usize::from(first > 0 && ends_at(first - 1));
-            let end = end + usize::from(ends_at(end));
-            let values = || points[first..end].iter().map(|point| self.along(&point.orbit).1);
+        let is_stable = |place: usize| points[place].orbit.stable && points[place].orbit.physical;
+        let mut runs = stretches(points, true);
+        runs.retain(|places| places.clone().any(is_stable));
+        let is_alone = |place: &usize| runs.iter().all(|places| !places.contains(place));
+        let alone = (0..points.len()).filter(|&place| is_stable(place)).filter(is_alone);
+        let alone: Vec<RangeInclusive<usize>> = alone.map(|place| place..=place).collect();
+        runs.extend(alone);
+        runs.sort_by_key(|places| *places.start());
+        runs.into_iter().map(|places| {
+            let values = || points[places.clone()].iter().map(|point| self.along(&point.orbit).1);
             [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
                 .map(|end| significant(end, DIGITS_SAID))
         })

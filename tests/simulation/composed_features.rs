@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::narrow_features::{flown_freely, flown_in_contact};
 use crate::quadrature::even_integral;
+use crate::support::synthetic::Numbers;
 
 /// A force of the phase: its text and its values.
 struct Composed {
@@ -14,15 +15,13 @@ struct Composed {
     sharpness: f64,
 }
 
-/// Numbers drawn in a sequence that depends on its start alone.
-struct Draws(u64);
+/// Random choices that depend on a number alone.
+struct Draws(Numbers);
 
 impl Draws {
     /// A number from 0 to 1.
     fn share(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        0.5 * (self.0.next() + 1.0)
     }
 
     fn below(&mut self, count: usize) -> usize {
@@ -129,7 +128,7 @@ fn integrals_over_forces_composed_at_random_are_those_of_gauss_rule() {
     let (from, to) = (0.3, 0.3 + 1.5 * TAU);
     let count = std::env::var("COMPOSED_FORCES").map_or(150, |n| n.parse().expect("a number"));
     for number in 0..count {
-        let force = Draws(number).force();
+        let force = Draws(Numbers::new(number)).force();
         let exact = even_integral(&force.value, [from, to], 40_000);
         let coarse = even_integral(&force.value, [from, to], 20_000);
         let size = even_integral(|t| (force.value)(t).abs(), [from, to], 20_000);
