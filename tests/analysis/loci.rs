@@ -123,6 +123,7 @@ fn a_tangency_settles_where_the_point_is_exact() {
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn direct_simulation_has_the_locus_to_thirteen_digits() {
     let map = map_of(parsed(VIVID, "vivid", &[("", ""); 0]));
     let loci = found(&map, &["10"], &[LocusKind::Flip, LocusKind::Graze], 2e-5, true);

@@ -386,6 +386,7 @@ fn free_flow_that_is_too_slow_is_said_to_be() {
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn free_flow_whose_expressions_are_too_long_is_said_to_be_too_slow() {
     // Each name is a series of its own: a step of the flow takes 340 products more.
     let names = (1..=170).map(|n| format!("l{n} = \"sin(l{})\"\n", n - 1)).collect::<String>();
@@ -396,6 +397,7 @@ fn free_flow_whose_expressions_are_too_long_is_said_to_be_too_slow() {
 }
 
 #[test]
+#[ignore = "long: .ci/full runs it"]
 fn free_flow_whose_derivatives_need_far_shorter_steps_than_its_state_is_said_to_be_too_slow() {
     // x to the power 2^73, whose derivative is 2^73 times as steep: the state flies in a few steps.
     let names = (1..=73).map(|n| format!("l{n} = \"l{0}*l{0}\"\n", n - 1)).collect::<String>();

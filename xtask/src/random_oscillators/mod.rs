@@ -91,6 +91,8 @@ impl RandomOscillators {
             let tally = tallies.reduce(Tally::default, Tally::and);
             tally.wrong.iter().for_each(|words| println!("{words}\n"));
             all = all.and(tally);
+            // What a campaign found until it is ended by hand.
+            eprintln!("to {from}: {}", figures(&all, clock.elapsed()));
         }
         println!("{}", figures(&all, clock.elapsed()));
         Ok(Verdict::of(all.wrong.len()))

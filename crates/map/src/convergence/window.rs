@@ -619,11 +619,11 @@ impl Search<'_> {
             let (errors, products) = self.errors(returns, point);
             let met = match errors {
                 Some(errors) => {
-                    let meets = |least: &[f64]| {
+                    let within = |least: &[f64]| {
                         let limits = limits.iter().zip(least).map(|(a, b)| a.max(*b));
                         errors.iter().zip(limits).all(|(&error, limit)| error <= limit)
                     };
-                    meets(&limits) || meets(&rounding_of(self.run, point))
+                    within(&limits) || within(&rounding_of(self.run, point))
                 }
                 None => self.skips,
             };
