@@ -253,14 +253,17 @@ impl BranchListing {
     }
 
     /// Intervals of the parameter on which a branch is stable and physical, as words: those drawn
-    /// solid in which some point is known to be stable, and stable points alone.
+    /// solid in which some point is known to be stable, and stable points alone. A special point
+    /// is the end of an interval or none.
     fn stable_intervals(&self, branch: &BranchRecord) -> impl Iterator<Item = [String; 2]> {
         let points = &branch.points;
         let is_stable = |place: usize| points[place].orbit.stable && points[place].orbit.physical;
         let mut runs = stretches(points, true);
         runs.retain(|places| places.clone().any(is_stable));
         let is_alone = |place: &usize| runs.iter().all(|places| !places.contains(place));
-        let alone = (0..points.len()).filter(|&place| is_stable(place)).filter(is_alone);
+        let is_plain = |place: usize| points[place].special.is_none();
+        let alone = (0..points.len()).filter(|&place| is_stable(place) && is_plain(place));
+        let alone = alone.filter(is_alone);
         let alone: Vec<RangeInclusive<usize>> = alone.map(|place| place..=place).collect();
         runs.extend(alone);
         runs.sort_by_key(|places| *places.start());

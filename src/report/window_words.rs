@@ -218,17 +218,44 @@ const REMEDY: &str = "in grey: the map's error was not measured there, and `with
 pub fn diagram_warnings(diagrams: &[Diagram]) -> Vec<String> {
     let lost = diagrams.iter().filter_map(diagram_lost_words);
     let outside = diagrams.iter().filter_map(diagram_outside_words);
-    lost.chain(outside).map(warning).collect()
+    let ended = diagrams.iter().filter_map(|diagram| {
+        let points = || diagram.sweeps.iter().flat_map(|sweep| &sweep.points);
+        let ends = points().filter(|point| is_without_image(point.end)).count();
+        no_image_words(ends, format!("{} values of {}", points().count(), diagram.parameter))
+    });
+    lost.chain(outside).chain(ended).map(warning).collect()
 }
 
 /// Warnings about charts.
 pub fn chart_warnings(charts: &[Chart]) -> Vec<String> {
-    charts.iter().filter_map(chart_outside_words).map(warning).collect()
+    let ended = charts.iter().filter_map(|chart| {
+        let ends = chart.cells.iter().filter(|cell| is_without_image(cell.attractor.end)).count();
+        no_image_words(ends, format!("{} cells", chart.cells.len()))
+    });
+    charts.iter().filter_map(chart_outside_words).chain(ended).map(warning).collect()
 }
 
 /// Warnings about basins.
 pub fn basin_warnings(basins: &[Basin]) -> Vec<String> {
-    basins.iter().filter_map(basin_outside_words).map(warning).collect()
+    let ended = basins.iter().filter_map(|basin| {
+        no_image_words(basin.no_image.count, format!("{} states", basin.cells.len()))
+    });
+    basins.iter().filter_map(basin_outside_words).chain(ended).map(warning).collect()
+}
+
+fn is_without_image(end: OrbitEnd) -> bool {
+    matches!(end, OrbitEnd::NoImage { .. })
+}
+
+/// Warning that orbits end at points without an image, with the section that may have images.
+fn no_image_words(ends: usize, all: String) -> Option<String> {
+    (ends > 0).then(|| {
+        format!(
+            "{ends} of {all} end at a point without an image. On a tangency section the free \
+             flight must turn behind the stop, which after a deep contact it may not do; a section \
+             of `kind = \"stroboscopic\"` needs no such point"
+        )
+    })
 }
 
 fn warning(words: String) -> String {

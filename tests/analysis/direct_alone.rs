@@ -1,14 +1,17 @@
 //! Requests that are answered by direct simulation without a map: contacts without an expansion.
 
 use grazemap::analysis::branches::BranchRequest;
+use grazemap::analysis::diagram::Diagram;
 use grazemap::analysis::periodic::ContactItinerary;
 use grazemap::analysis::{AnalysisError, ImageRequest, ImageRow, NoProgress, Precision, Using};
 use grazemap::iteration::Period;
 use grazemap::numeric::Dd;
 use grazemap::pipeline::Source;
+use grazemap::report::diagram_warnings;
 use grazemap::{Error, FindGraze, Map, Scene};
 
 use crate::support::foale::Foale;
+use crate::support::scenes::parsed;
 
 /// An oscillator whose restitution falls with a power of the speed.
 fn viscoelastic() -> Scene {
@@ -58,6 +61,33 @@ fn a_diagram_of_direct_simulation_has_the_orbits_of_the_closed_form_without_a_ma
         }
     }
     assert!(checked > 0, "no orbit with one impact a period");
+}
+
+/// The warnings and the diagram of a tapping cantilever on a section.
+fn tapped(section: &[(&str, &str)]) -> (Vec<String>, Diagram) {
+    let text = include_str!("../data/outside/tapping_cantilever.toml");
+    let map = free_flight(parsed(text, "tapping_cantilever", section));
+    let diagram = map.diagram(&map.scene().diagrams[0]).expect("no map is needed");
+    (diagram_warnings(std::slice::from_ref(&diagram)), diagram)
+}
+
+#[test]
+fn a_contact_behind_which_free_flight_does_not_turn_has_its_orbits_on_a_stroboscopic_section() {
+    let (warnings, diagram) = tapped(&[]);
+    assert_eq!(diagram.sweeps[0].points[1].kept, 0);
+    let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+    assert!(
+        warning.contains("1 of 2 values of A end at a point without an image")
+            && warning.contains("`kind = \"stroboscopic\"`"),
+        "{warning}"
+    );
+    let (warnings, diagram) = tapped(&[("section.kind", "stroboscopic"), ("section.phase", "3.0")]);
+    assert_eq!(warnings, [""; 0]);
+    let first = &diagram.sweeps[0].points[0];
+    assert_eq!((first.period, first.kept_contacts), (Period::Periodic(1), 4));
+    // The head of the file has the point of an independent integration.
+    assert!((first.values[0] - -0.92564689).abs() < 1e-7, "{}", first.values[0]);
+    assert_eq!(diagram.sweeps[0].points[1].period, Period::Periodic(1));
 }
 
 #[test]
