@@ -247,13 +247,13 @@ fn is_without_image(end: OrbitEnd) -> bool {
     matches!(end, OrbitEnd::NoImage { .. })
 }
 
-/// Warning that orbits end at points without an image, with the section that may have images.
+/// Warning that orbits end at points without an image, with the commonest reason and its remedy.
 fn no_image_words(ends: usize, all: String) -> Option<String> {
     (ends > 0).then(|| {
         format!(
-            "{ends} of {all} end at a point without an image. On a tangency section the free \
-             flight must turn behind the stop, which after a deep contact it may not do; a section \
-             of `kind = \"stroboscopic\"` needs no such point"
+            "{ends} of {all} end at a point without an image, as on a tangency section where the \
+             free flight does not turn behind the stop; a section of `kind = \"stroboscopic\"` \
+             needs no turn"
         )
     })
 }
