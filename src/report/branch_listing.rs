@@ -260,11 +260,11 @@ impl BranchListing {
         let is_stable = |place: usize| points[place].orbit.stable && points[place].orbit.physical;
         let mut runs = stretches(points, true);
         runs.retain(|places| places.clone().any(is_stable));
-        let is_alone = |place: &usize| runs.iter().all(|places| !places.contains(place));
-        let is_plain = |place: usize| points[place].special.is_none();
-        let alone = (0..points.len()).filter(|&place| is_stable(place) && is_plain(place));
-        let alone = alone.filter(is_alone);
-        let alone: Vec<RangeInclusive<usize>> = alone.map(|place| place..=place).collect();
+        let is_alone = |place: &usize| {
+            let is_plain = points[*place].special.is_none();
+            is_stable(*place) && is_plain && runs.iter().all(|places| !places.contains(place))
+        };
+        let alone: Vec<_> = (0..points.len()).filter(is_alone).map(|place| place..=place).collect();
         runs.extend(alone);
         runs.sort_by_key(|places| *places.start());
         runs.into_iter().map(|places| {
