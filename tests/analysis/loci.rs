@@ -8,7 +8,7 @@ use grazemap::numeric::Dd;
 use grazemap::prelude::{FindGraze, Scene};
 
 use crate::support::foale::Foale;
-use crate::support::scenes::parsed;
+use crate::support::scenes::{self, parsed};
 use crate::support::tiers;
 
 /// `x'' + 0.04 x' + x = A cos(w t) − 1` below a stop at 0, `r = 0.9`, where `ξ_2 = 0`.
@@ -273,4 +273,38 @@ fn a_flip_of_two_alike_contacts_is_followed_once() {
     let found = found(&map, &["1", "11"], &[LocusKind::Flip], width, false);
     let doubled = found.loci.iter().filter(|locus| locus.itinerary.to_string() == "11");
     assert_eq!(doubled.count(), 1);
+}
+
+#[test]
+fn a_torus_locus_of_direct_simulation_is_where_the_map_keeps_areas() {
+    // Negative damping and a restitution below 1: areas change by `r^2 exp(-4 pi zeta / omega)`.
+    let active = ("expansion.active", r#"["omega", "zeta"]"#);
+    let window = ("window.parameter", "{ omega = 1e-3, zeta = 1e-3 }");
+    let set = [("zeta", "-0.05"), ("r", "0.84"), active, window];
+    let scene = parsed(scenes::text("linear"), "linear", &set);
+    let map = map_of(scene);
+    let request = LociRequest {
+        plane: [0, 1],
+        range: [-0.02, 0.02],
+        at: vec![0.0, 0.0],
+        kinds: vec![LocusKind::Torus],
+        itineraries: vec![ContactItinerary::parse("1", 1).expect("digits")],
+        direct: true,
+    };
+    let loci = map.loci(&request, &NoProgress).expect("loci");
+    let torus = of_kind(&loci, LocusKind::Torus, "1");
+    let parameters = &map.local().parameters;
+    for point in &torus.points {
+        let [omega, zeta] =
+            [0, 1].map(|place| parameters[place].value.to_f64() + point.parameters[place]);
+        let exact = omega * 0.84_f64.ln() / (2.0 * std::f64::consts::PI);
+        assert!((zeta - exact).abs() < 1e-15, "{point:?}");
+        // The trace tells the angle; the product of both multipliers is 1.
+        let [re, im] = point.multipliers[0];
+        assert!((re * re + im * im - 1.0).abs() < 1e-13 && im != 0.0, "{point:?}");
+    }
+    let ends = [torus.points.first(), torus.points.last()];
+    let mut ends = ends.map(|point| point.expect("a point").parameters[0]);
+    ends.sort_by(f64::total_cmp);
+    assert!((ends[0] + 0.02).abs() < 1e-12 && (ends[1] - 0.02).abs() < 1e-12, "{ends:?}");
 }

@@ -738,10 +738,10 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let hits = log.hits(self.simulator.system().surfaces());
         let met = speeds.iter().flatten().count();
         let all: usize = hits.iter().sum();
-        let named = speeds.into_iter().zip(self.itinerary.hits());
-        let (expected, grazes): (Vec<_>, Vec<_>) = named.partition(|&(_, hit)| hit);
-        let missed = expected.iter().filter(|(speed, _)| speed.is_none()).count();
-        let passages: Vec<Option<S>> = grazes.into_iter().map(|(speed, _)| speed).collect();
+        let named = || speeds.iter().zip(self.itinerary.hits());
+        let missed = named().filter(|(speed, hit)| *hit && speed.is_none()).count();
+        let grazes = named().filter(|(_, hit)| !hit);
+        let passages: Vec<Option<S>> = grazes.map(|(&speed, _)| speed).collect();
         let contacts = passages.iter().flatten().count();
         Return {
             state: self.simulator.state_after_advance(self.periods),

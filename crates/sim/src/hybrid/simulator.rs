@@ -118,6 +118,9 @@ pub(super) enum Contact<S> {
 /// Default limit on the number of steps.
 const STEP_LIMIT: usize = 10_000_000;
 
+/// Factor by which a gap exceeds the rounding of a bound on its terms where it is surely not zero.
+const FAR: f64 = 1e3;
+
 impl<'a, S: Real> Simulator<'a, S> {
     /// A simulator at the full state zero; see [`set_state`](Self::set_state).
     ///
@@ -229,12 +232,28 @@ impl<'a, S: Real> Simulator<'a, S> {
         let sense = self.sense(surface);
         let clearance = Clearance { gap: sense.gap, rounding: sense.rounding };
         let is_rigid = matches!(self.system.surfaces[surface].law, Law::Rigid { .. });
-        if !is_rigid || sense.gap.abs() <= clearance.slack() || !clearance.vanishes() {
+        let may_count = sense.gap < S::zero() || sense.acceleration < S::zero();
+        if !is_rigid
+            || !may_count
+            || sense.gap.abs() <= clearance.slack()
+            || !clearance.vanishes()
+            || self.is_far_from(surface, sense.gap)
+        {
             return sense;
         }
         let flown = Sense { rounding: self.flown_rounding(surface), ..sense };
         let is_beyond = sense.gap < S::zero() && -sense.gap <= flown.rounding;
         if is_beyond || flown.rests() { flown } else { sense }
+    }
+
+    /// Whether a gap is known to exceed the rounding of its terms along the free flow: the exact
+    /// flow bounds these without an expansion.
+    fn is_far_from(&mut self, surface: usize, gap: S) -> bool {
+        let size = match &mut self.affine {
+            Some(tools) => tools.gap_size(surface, &self.motion, &self.parameters),
+            None => None,
+        };
+        size.is_some_and(|size| rounding_of(&[size]) * S::from_f64(FAR) < gap.abs())
     }
 
     /// Rounding of a surface's gap along a Taylor step of the free flow from the present state: a

@@ -120,6 +120,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         misses: &mut Vec<(S, usize, S)>,
     ) -> Option<(S, StepEnd<S>)> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
+        motion.last_step = tables.time_scale();
         for (surface, gap) in buffers.gaps.iter_mut().enumerate() {
             let goal = asked(surface);
             let heading = motion.headings[surface];
@@ -170,6 +171,7 @@ impl<'a, S: Real> AffineTools<'a, S> {
         longest: S,
     ) -> Option<S> {
         let ((tables, buffers), extended) = self.span(motion, parameters)?;
+        motion.last_step = tables.time_scale();
         let states = extended.states();
         let (time, known) = S::dispatch_loops(BackwardStep {
             tables,
@@ -190,10 +192,24 @@ impl<'a, S: Real> AffineTools<'a, S> {
         Some(time)
     }
 
+    /// Bound on the terms of a surface's gap along a span of the free flow; `None` if no tables for
+    /// spans have been made yet.
+    pub(in crate::hybrid) fn gap_size(
+        &mut self,
+        surface: usize,
+        motion: &Motion<S>,
+        parameters: &[S],
+    ) -> Option<S> {
+        self.prepare(parameters);
+        let (tables, _) = self.tables.as_ref()?.span.as_ref()?.as_ref()?;
+        self.extended.take(&motion.state, true);
+        Some(S::from_f64(tables.size(surface, &self.extended.values)))
+    }
+
     /// Tables of exact steps with their working memory, and the extended state.
     fn span(
         &mut self,
-        motion: &mut Motion<S>,
+        motion: &Motion<S>,
         parameters: &[S],
     ) -> Option<(&mut Span<S>, &Extended<Single<S>>)> {
         self.prepare(parameters);
@@ -204,10 +220,8 @@ impl<'a, S: Real> AffineTools<'a, S> {
             let buffers = StepBuffers::new(&tables);
             Some((tables, buffers))
         });
-        let span = span.as_mut()?;
-        motion.last_step = span.0.time_scale();
         self.extended.take(&motion.state, true);
-        Some((span, &self.extended))
+        Some((span.as_mut()?, &self.extended))
     }
 
     /// The gap of a surface, with its rounding.
