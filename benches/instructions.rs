@@ -1,7 +1,8 @@
 //! Tasks whose instructions are counted: `benches/instructions/run` runs this program under a
 //! simulator of the processor.
 //!
-//! usage: `instructions NAME ROUNDS`; without arguments, the names.
+//! usage: `instructions NAME ROUNDS`; without arguments, the names. `return_SCENE` are returns of a
+//! scene of the catalogue by direct simulation.
 
 #[path = "support/actuator.rs"]
 mod actuator;
@@ -10,13 +11,15 @@ mod synthetic;
 
 use std::hint::black_box;
 
+use grazemap::analysis::{DirectEnd, DirectImage};
 use grazemap::expansion::SectionKind;
 use grazemap::flow::jet_transport;
 use grazemap::hybrid::{HybridSystem, Simulator};
 use grazemap::iteration::{DiscreteMap, HornerMap};
 use grazemap::jet::{Jet, JetSpace};
-use grazemap::model::Scene;
+use grazemap::model::{Scene, catalogue};
 use grazemap::numeric::{Lanes, Scalar};
+use grazemap::prelude::FindGraze;
 
 /// Name of a task, and the function that runs it a number of times.
 type Work = (&'static str, fn(usize));
@@ -29,6 +32,15 @@ const WORK: [Work; 6] = [
     ("direct_period", direct_period),
     ("frozen_step", frozen_step),
 ];
+
+/// First part of the name of a task of returns.
+const RETURNS: &str = "return_";
+
+/// Offsets of the first point of these returns.
+const START: f64 = 1e-3;
+
+/// Largest half-width of the first active parameter that is used, where a scene names none.
+const WIDEST: f64 = 1e-3;
 
 /// One product of two full jets in five variables, order 6.
 fn product<S: Scalar>(rounds: usize) {
@@ -76,6 +88,28 @@ fn direct_period(rounds: usize) {
     }
 }
 
+/// Two returns of a scene of the catalogue to its section by direct simulation, on either side of
+/// the graze, each from the image of the one before.
+fn direct_returns(name: &str, rounds: usize) {
+    let text = catalogue::text(name).expect("a scene of the catalogue");
+    let scene = Scene::parse(text, name).expect("a scene of the catalogue");
+    let graze = scene.graze().expect("a graze");
+    let (scene, orbit) = (graze.scene(), graze.orbit());
+    let system = HybridSystem::new(&scene.model);
+    let mut image = DirectImage::<f64>::new(&system, scene, orbit).expect("finite parameters");
+    let start = vec![START; orbit.section.coordinates.len()];
+    let first = scene.window.parameter[scene.expansion.active[0]].min(WIDEST);
+    for offset in [-0.5 * first, 0.5 * first] {
+        let mut parameters = vec![0.0; scene.expansion.active.len()];
+        parameters[0] = offset;
+        let mut point = start.clone();
+        for _ in 0..rounds {
+            let found = image.image(black_box(&point), &parameters).expect("a finite point");
+            point = if found.end == DirectEnd::Returned { found.offsets } else { start.clone() };
+        }
+    }
+}
+
 /// One step of a map of orders (5, 6), its parameters frozen.
 fn frozen_step(rounds: usize) {
     let map = synthetic::map(5, 6, SectionKind::Tangency);
@@ -90,10 +124,15 @@ fn frozen_step(rounds: usize) {
 
 fn main() {
     let arguments: Vec<_> = std::env::args().skip(1).collect();
-    let rounds = |text: &String| text.parse().ok();
-    let work = |name: &String| WORK.iter().find(|(known, _)| known == name);
-    match (arguments.first().and_then(work), arguments.get(1).and_then(rounds)) {
-        (Some((_, work)), Some(rounds)) => work(rounds),
-        _ => WORK.iter().for_each(|(name, _)| println!("{name}")),
+    let [name, rounds] = &arguments[..] else {
+        WORK.iter().for_each(|(name, _)| println!("{name}"));
+        catalogue::names().for_each(|scene| println!("{RETURNS}{scene}"));
+        return;
+    };
+    let rounds = rounds.parse().expect("a number of rounds");
+    match (name.strip_prefix(RETURNS), WORK.iter().find(|(known, _)| known == name)) {
+        (Some(scene), _) => direct_returns(scene, rounds),
+        (_, Some((_, work))) => work(rounds),
+        _ => panic!("no task has the name {name}"),
     }
 }

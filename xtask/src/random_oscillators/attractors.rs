@@ -67,7 +67,8 @@ pub(super) fn diagrams(
         let simulator = Simulator::new(oscillator, &parameters, look);
         let start = orbit.section_point.iter().map(|value| value.to_f64()).collect();
         let stop = orbit.grazing_point().surface;
-        let settled = Settled { point, simulator, start, stop };
+        let kept = observed.iter().map(|of| &of.sweeps[0].points[number].values[..]).collect();
+        let settled = Settled { point, kept, simulator, start, stop };
         tally.attractors += 1;
         let is_tangency = scene.section == Section::Tangency;
         if let Err(words) = settled.checked(state, is_tangency, tally) {
@@ -81,6 +82,8 @@ pub(super) fn diagrams(
 /// Point of a diagram, with the independent simulator.
 struct Settled<'a> {
     point: &'a DiagramPoint,
+    /// Values of each component of the state at the iterates kept.
+    kept: Vec<&'a [f64]>,
     simulator: Simulator<'a, f64>,
     /// Section point of the grazing orbit, with which the diagram begins.
     start: Vec<f64>,
@@ -140,11 +143,21 @@ impl Settled<'_> {
                 let far = closes(claimed - 1);
                 Err(format!("a period of {claimed} returns does not close by {far:e}: {state:?}"))
             }
-            (Period::NotFound, Some(closed)) if closes(closed - 1) < 1e-2 * SAME => {
+            (Period::NotFound, Some(closed)) if self.repeated(closed, size) => {
                 Err(format!("no period for one of {closed} returns, from {state:?}"))
             }
             (Period::NotFound, _) => Ok(()),
         }
+    }
+
+    /// Whether the iterates kept repeat after a number of returns, from the first of them on: a
+    /// diagram names no period of an orbit that still settles.
+    fn repeated(&self, returns: usize, size: f64) -> bool {
+        let closes = |pair: (&f64, &f64)| (pair.0 - pair.1).abs() < 1e-2 * SAME * size;
+        self.kept.iter().all(|values| {
+            let later = values.iter().skip(returns);
+            values.len() > returns && values.iter().zip(later).all(closes)
+        })
     }
 
     /// Whether contacts are so slow that a chatter may be counted differently.
