@@ -71,13 +71,14 @@ fn ignoring<N: Number>(
     beyond.time = met.time;
     beyond.ignored = Some(stop);
     let mut is_free = true;
-    loop {
+    for _ in 0..MOST_EVENTS {
         let next = beyond.next(until).ok()??;
         if next.stop == stop && matches!(next.kind, Kind::Minimum { .. }) {
             return Some((next, is_free));
         }
         is_free &= matches!(next.kind, Kind::Minimum { .. });
     }
+    None
 }
 
 /// Image of a section point.
@@ -132,7 +133,8 @@ pub fn tangency_return<N: Number>(
     }
 }
 
-/// Whether no later minimum along the free flow is nearer to the return's nominal time.
+/// Whether no later minimum is nearer to the return's nominal time, with the stop ignored; other
+/// stops act on.
 fn is_final<N: Number>(
     orbit: &Simulator<'_, N>,
     stop: usize,
@@ -144,17 +146,22 @@ fn is_final<N: Number>(
         return true;
     }
     let mut beyond = orbit.clone();
-    beyond.place_at_minimum(&approach.state, stop);
+    // NOTE: without a contact the orbit is at the minimum, and another stop may hold it.
+    if approach.met.is_some() {
+        beyond.place_at_minimum(&approach.state, stop);
+        beyond.time = approach.time;
+    }
     beyond.ignored = Some(stop);
-    loop {
-        match beyond.next(early + early) {
+    for _ in 0..MOST_EVENTS {
+        match beyond.next(duration + early) {
             Ok(Some(next)) if next.stop == stop && matches!(next.kind, Kind::Minimum { .. }) => {
                 return false;
             }
             Ok(Some(_)) => {}
-            Ok(None) | Err(_) => return true,
+            Ok(None) | Err(_) => break,
         }
     }
+    true
 }
 
 /// Speeds of contacts, with their stops.

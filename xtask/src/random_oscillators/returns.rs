@@ -18,9 +18,8 @@ const NUDGE: f64 = 1e-12;
 /// the program sums. The state reveals these too.
 const SLOW: f64 = 5e-3;
 
-/// Largest number of steps of a return. A mass between stops that close on each other hits them
-/// without end.
-const MOST_STEPS: usize = 100_000;
+/// Number of phases at which the room between stops is looked at.
+const PHASES: usize = 64;
 
 /// Oscillator at fixed parameters.
 #[derive(Clone, Debug)]
@@ -82,11 +81,28 @@ impl Orbit<'_> {
         if self.size > 1e3 {
             return;
         }
+        if self.is_squeezed() {
+            tally.unjudged += 1;
+            return;
+        }
         self.phases(period, tally);
         for stop in 0..stops {
             self.tangencies(stop, period, tally);
             self.grazing_phases(stop, period, tally);
         }
+    }
+
+    /// Whether the stops leave no room between them at some phase. A mass hits such stops ever
+    /// faster, and nothing tells where it is behind both.
+    fn is_squeezed(&self) -> bool {
+        let mut orbit = self.simulator.clone();
+        let stops = orbit.oscillator.stops.len();
+        let last = orbit.state.len() - 1;
+        stops > 1
+            && (0..PHASES).any(|number| {
+                orbit.state[last] = number as f64 / PHASES as f64 * std::f64::consts::TAU;
+                (0..stops).map(|stop| orbit.gap(stop).0).sum::<f64>() <= 0.0
+            })
     }
 
     /// Compares returns to the orbit's phase, with full simulation.
@@ -250,10 +266,7 @@ impl Orbit<'_> {
     /// Image of a section point by the program.
     fn image(&self, section: ReturnSection, start: &[f64]) -> Result<Return<f64>, String> {
         let map = DirectReturn::over_periods(self.system, &self.simulator.parameters, section, 1);
-        let image = map.and_then(|mut map| {
-            map.set_step_limit(MOST_STEPS);
-            map.image(start)
-        });
+        let image = map.and_then(|mut map| map.image(start));
         image.map_err(|error| format!("{section:?}: {error}"))
     }
 
