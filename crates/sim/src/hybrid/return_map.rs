@@ -665,9 +665,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// Whether the minimum at which the simulator stands is nearer to the nominal return than the
     /// next one.
     ///
-    /// The next minimum, along the free flow, is searched as far beyond the nominal return as the
-    /// present one lies before it, unless the gap is known to rise for so long. The simulator is
-    /// then put back.
+    /// The next minimum, with some surfaces ignored and the others acting, is searched as far
+    /// beyond the nominal return as the present one lies before it, unless the gap is known to
+    /// rise for so long. The simulator is then put back.
     fn is_final(&mut self, surface: usize, ignored: Ignored, rises_for: S) -> bool {
         let early = self.duration - self.simulator.time();
         if early + early <= rises_for {
