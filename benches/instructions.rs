@@ -68,11 +68,14 @@ fn flow<const ORDER: usize>(rounds: usize) {
     }
 }
 
+fn scene_of_the_catalogue(name: &str) -> Scene {
+    let text = catalogue::text(name).expect("a scene of the catalogue");
+    Scene::parse(text, name).expect("a scene of the catalogue")
+}
+
 /// One forcing period of the scene `linear`, its contacts and near misses.
 fn direct_period(rounds: usize) {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/linear.toml");
-    let source = std::fs::read_to_string(path).expect("a scene of the catalogue");
-    let scene = Scene::parse(&source, "linear").expect("a scene of the catalogue");
+    let scene = scene_of_the_catalogue("linear");
     let system = HybridSystem::new(&scene.model);
     let parameters: Vec<f64> =
         scene.model.parameter_values().into_iter().map(f64::from_dd).collect();
@@ -91,9 +94,7 @@ fn direct_period(rounds: usize) {
 /// Two returns of a scene of the catalogue to its section by direct simulation, on either side of
 /// the graze, each from the image of the one before.
 fn direct_returns(name: &str, rounds: usize) {
-    let text = catalogue::text(name).expect("a scene of the catalogue");
-    let scene = Scene::parse(text, name).expect("a scene of the catalogue");
-    let graze = scene.graze().expect("a graze");
+    let graze = scene_of_the_catalogue(name).graze().expect("a graze");
     let (scene, orbit) = (graze.scene(), graze.orbit());
     let system = HybridSystem::new(&scene.model);
     let mut image = DirectImage::<f64>::new(&system, scene, orbit).expect("finite parameters");
