@@ -47,6 +47,8 @@ pub(super) struct Goal<S: Branched> {
 pub(super) struct Approach {
     pub(super) ignored: Ignored,
     pub(super) stop_at: Option<usize>,
+    /// Whether minima at which the flight does not stop are left out of its record.
+    pub(super) unrecorded: bool,
 }
 
 /// Surfaces that are flown through.

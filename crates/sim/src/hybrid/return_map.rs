@@ -30,6 +30,7 @@ pub struct DirectReturn<'a, S: Real> {
     pub(super) periods: i64,
     entry: Motion<S>,
     passage: Motion<S>,
+    log: Log<S>,
 }
 
 /// Longest return to a tangency section, in nominal return times.
@@ -98,6 +99,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             periods: periods as i64,
             entry: motion.clone(),
             passage: motion,
+            log: Log::new(),
         })
     }
 
@@ -164,10 +166,17 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
     #[inline(never)]
     pub fn image(&mut self, state: &[S]) -> Result<Return<S>, HybridError> {
-        self.simulator.set_state(state)?;
-        let mut log = Log::new();
+        let own = match self.section {
+            ReturnSection::Tangency { surface } => Some(surface),
+            _ => None,
+        };
+        self.simulator.set_virtual_state(state, own)?;
+        let mut log = std::mem::replace(&mut self.log, Log::new());
+        log.clear();
         let flown = self.fly_return(&mut log);
-        Ok(self.report(&log, flown.unwrap_or_else(ReturnOutcome::Ended)))
+        let image = self.report(&log, flown.unwrap_or_else(ReturnOutcome::Ended));
+        self.log = log;
+        Ok(image)
     }
 
     /// The gap at the first passage of a full state at the section, along the free flow with the
@@ -211,7 +220,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let reach = self.passage_limit() + self.passage_limit();
         let limit = time + reach;
         let ignored = Ignored::Surface(surface);
-        while let Ok(Some(_)) = self.reach_minimum(surface, ignored, limit, &mut Log::new()) {
+        while let Ok(Some(_)) = self.reach_minimum(surface, ignored, limit, &mut Log::unread()) {
             let apart = (self.simulator.time() - time).abs();
             if !self.flew_freely_from(&self.entry) || nearest.is_some_and(|least| apart >= least) {
                 break;
@@ -251,7 +260,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
         let horizon = self.duration * S::from_f64(LONGEST);
         loop {
-            let approach = Approach { ignored: Ignored::None, stop_at: Some(surface) };
+            let approach = Approach { stop_at: Some(surface), ..Approach::default() };
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { gap, rises_for } => {
                     if self.is_final(surface, Ignored::Surface(surface), rises_for) {
@@ -349,7 +358,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
                 early = self.duration - self.simulator.time();
                 log.events.truncate(logged);
                 self.simulator.motion.copy_from(&self.entry);
-                let ignoring = Approach { ignored, stop_at: None };
+                let ignoring = Approach { ignored, ..Approach::default() };
                 if self.fly(ignoring, log).is_err() {
                     return false;
                 }
@@ -557,7 +566,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             is_free && {
                 let limit = now + self.passage_limit();
                 let ignored = Ignored::Surface(surface);
-                let minimum = self.reach_minimum(surface, ignored, limit, &mut Log::new());
+                let minimum = self.reach_minimum(surface, ignored, limit, &mut Log::unread());
                 minimum.is_ok_and(|minimum| minimum.is_some()) && self.flew_freely_from(&self.entry)
             }
         }
@@ -620,7 +629,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         horizon: S,
         log: &mut Log<S>,
     ) -> Result<Option<S>, Outcome<S>> {
-        let approach = Approach { ignored, stop_at: Some(surface) };
+        let approach = Approach { ignored, stop_at: Some(surface), ..Approach::default() };
         loop {
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { rises_for, .. } => return Ok(Some(rises_for)),
@@ -640,7 +649,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ) -> Result<Option<PassedMinimum<S>>, Outcome<S>> {
         let mut ignored = Ignored::Surface(surface);
         loop {
-            let approach = Approach { ignored, stop_at: Some(surface) };
+            let approach = Approach { ignored, stop_at: Some(surface), ..Approach::default() };
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { rises_for, .. } => {
                     return Ok(Some(PassedMinimum { rises_for, ignored }));
@@ -675,7 +684,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         }
         self.passage.copy_from(&self.simulator.motion);
         let horizon = self.duration + early;
-        let nearer = self.reach_minimum(surface, ignored, horizon, &mut Log::new()).unwrap_or(None);
+        let log = &mut Log::unread();
+        let nearer = self.reach_minimum(surface, ignored, horizon, log).unwrap_or(None);
         self.simulator.motion.copy_from(&self.passage);
         nearer.is_none()
     }
@@ -686,6 +696,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         approach: Approach,
         log: &mut Log<S>,
     ) -> Result<Stop<S>, Outcome<S>> {
+        let approach = Approach { unrecorded: log.is_unread, ..approach };
         self.simulator.next_stop(horizon, approach, &mut log.recorder())
     }
 

@@ -194,6 +194,20 @@ impl<'a, S: Real> Simulator<'a, S> {
     ///
     /// [`HybridError::StateLength`], [`HybridError::NotFinite`].
     pub fn set_state(&mut self, state: &[S]) -> Result<(), HybridError> {
+        self.set_virtual_state(state, None)
+    }
+
+    /// Places a full state that a compliant surface does not hold, however far the state lies
+    /// beyond it.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`set_state`](Self::set_state).
+    pub(super) fn set_virtual_state(
+        &mut self,
+        state: &[S],
+        beyond: Option<usize>,
+    ) -> Result<(), HybridError> {
         let expected = self.system.dimension;
         if state.len() != expected {
             return Err(HybridError::StateLength { expected, found: state.len() });
@@ -215,6 +229,11 @@ impl<'a, S: Real> Simulator<'a, S> {
             motion.reference_phase = state[phase.component];
         }
         for surface in 0..self.surfaces.len() {
+            let is_compliant = matches!(self.system.surfaces[surface].law, Law::Compliant { .. });
+            if is_compliant && beyond == Some(surface) {
+                self.motion.leaving[surface] = None;
+                continue;
+            }
             let Sense { gap, rounding, .. } = self.placed(surface);
             self.place_at(surface, Clearance { gap, rounding }, rounding);
         }
@@ -249,10 +268,8 @@ impl<'a, S: Real> Simulator<'a, S> {
     /// Whether a gap is known to exceed the rounding of its terms along the free flow: the exact
     /// flow bounds these without an expansion.
     fn is_far_from(&mut self, surface: usize, gap: S) -> bool {
-        let size = match &mut self.affine {
-            Some(tools) => tools.gap_size(surface, &self.motion, &self.parameters),
-            None => None,
-        };
+        let Self { affine, motion, parameters, .. } = self;
+        let size = affine.as_mut().and_then(|tools| tools.gap_size(surface, motion, parameters));
         size.is_some_and(|size| rounding_of(&[size]) * S::from_f64(FAR) < gap.abs())
     }
 

@@ -297,12 +297,12 @@ fn gap<S: Real, F: Flight<S>>(flight: &mut F, watch: usize, surface: usize) -> G
 fn goal<S: Real>(surface: usize, approach: Approach, near_miss: S) -> Option<Goal<S>> {
     let stopping = approach.stop_at == Some(surface);
     let minima = approach.ignored.holds(surface);
-    let goal = Goal {
-        minima,
-        stopping,
-        near: if stopping { S::from_f64(f64::INFINITY) } else { near_miss },
+    let near = match (stopping, approach.unrecorded) {
+        (true, _) => S::from_f64(f64::INFINITY),
+        (false, true) => S::from_f64(-1.0),
+        (false, false) => near_miss,
     };
-    (stopping || !minima).then_some(goal)
+    (stopping || !minima).then_some(Goal { minima, stopping, near })
 }
 
 /// Start of the search for a zero of the release function, whose sign is found on the regime's

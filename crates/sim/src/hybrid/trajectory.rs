@@ -437,16 +437,31 @@ pub(super) struct Log<S> {
     pub(super) events: Vec<Event<S>>,
     /// Normal speed of the section's own passage at contact.
     pub(super) own: Option<S>,
+    /// Whether nobody reads the log, so that nothing is recorded.
+    pub(super) is_unread: bool,
 }
 
 impl<S: Real> Log<S> {
     pub(super) fn new() -> Self {
-        Self { events: Vec::new(), own: None }
+        Self { events: Vec::new(), own: None, is_unread: false }
+    }
+
+    /// Log that nobody reads: it stays empty.
+    pub(super) fn unread() -> Self {
+        Self { is_unread: true, ..Self::new() }
+    }
+
+    /// Forgets all events.
+    pub(super) fn clear(&mut self) {
+        self.events.clear();
+        self.own = None;
     }
 
     pub(super) fn recorder(&mut self) -> impl FnMut(Event<S>) + '_ {
         |event| {
-            if event.kind.is_contact() || matches!(event.kind, EventKind::NearMiss { .. }) {
+            let counts =
+                event.kind.is_contact() || matches!(event.kind, EventKind::NearMiss { .. });
+            if counts && !self.is_unread {
                 self.events.push(event);
             }
         }

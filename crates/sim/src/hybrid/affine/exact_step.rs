@@ -28,7 +28,8 @@ pub(super) struct ExactStep<S: Branched> {
     pub(super) minimum: S::Mask,
     /// Number of the surface.
     pub(super) surface: S::Rounded,
-    /// Gap at the minimum, and the time for which the gap is known to rise from there.
+    /// Gap at the minimum, and the time for which the gap is known to rise from there: with several
+    /// surfaces 0, because another one may act before.
     pub(super) gap: S,
     pub(super) rises_for: S,
     /// Mask: nothing happened so far, and a general search must follow.
@@ -143,6 +144,9 @@ impl<B: Backend, L: MinimumLog<B::Number>> Stepper<'_, B, L> {
             let goes_on = going & !met & (from + length).is_below(quiet.rounded());
             self.turn(going, going & !goes_on, step.time);
             going = goes_on;
+        }
+        if self.buffers.gaps.len() > 1 {
+            step.rises_for = B::Number::zero();
         }
         step
     }
