@@ -10,7 +10,7 @@ use grazemap::analysis::{DepthEvaluation, DirectEnd, DirectImage, MapEvaluation}
 use grazemap::expansion::MapWindow;
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::DiscreteMap;
-use grazemap::numeric::Dd;
+use grazemap::numeric::{Dd, Real};
 
 /// Share of points used for ascents.
 const ASCENTS: f64 = 0.4;
@@ -20,6 +20,10 @@ const CLIMB: usize = 150;
 const DECADES: f64 = 15.0;
 /// Number of bisections that meet a depth: to the last bit of the variable that is moved.
 const HALVINGS: usize = 60;
+/// Ratio of error to claim from which an error is taken from double-double.
+const CONFIRMED: f64 = 0.5;
+/// Bound on the rounding of an image by direct simulation in double precision.
+const ROUNDING: f64 = 1e-11;
 /// Factors of a mutation's step after success and after failure; the step stays constant if one in
 /// five succeeds (Rechenberg).
 const ADAPTS: [f64; 2] = [1.5, 0.903];
@@ -64,13 +68,13 @@ pub fn attack(
     (points, seed): (usize, u64),
 ) -> Result<Found, grazemap::Error> {
     let system = HybridSystem::new(&map.scene().model);
-    let direct = DirectImage::<Dd>::new(&system, map.scene(), map.orbit())?;
     let dimension = map.local().dimension();
     let mut adversary = Adversary {
         window: &map.local().window,
         depths: MapEvaluation::depths(map.local()),
         passages: map.local().passages(),
-        direct,
+        direct: DirectImage::new(&system, map.scene(), map.orbit())?,
+        exact: DirectImage::new(&system, map.scene(), map.orbit())?,
         form,
         claims,
         random: Random(seed),
@@ -89,7 +93,8 @@ struct Adversary<'a> {
     window: &'a MapWindow,
     depths: DepthEvaluation<f64>,
     passages: usize,
-    direct: DirectImage<'a, Dd>,
+    direct: DirectImage<'a, f64>,
+    exact: DirectImage<'a, Dd>,
     form: &'a dyn DiscreteMap,
     claims: &'a [f64],
     random: Random,
@@ -179,29 +184,26 @@ impl Adversary<'_> {
     }
 
     /// Ratios of a point's errors to the claims; `None` if the point is outside the window, or
-    /// lost.
+    /// lost. Errors that could be near a claim are taken from double-double.
     fn excess(&mut self, point: &Point) -> Option<Vec<f64>> {
         let (state, parameters) = self.offsets(point)?;
         let depths = self.depths.at(&state, &parameters);
         if !self.window.holds(&state, &parameters, &depths) {
             return None;
         }
-        let lifted = [&state, &parameters].map(|values| {
-            let lifted = values.iter().map(|&value| Dd::from(value));
-            lifted.collect::<Vec<_>>()
-        });
-        let truth = self.direct.image(&lifted[0], &lifted[1]).ok()?;
-        if truth.end != DirectEnd::Returned || truth.extra_contacts > 0 {
-            self.found.lost += 1;
-            return None;
-        }
-        self.found.points += 1;
         let mut image = vec![0.0; state.len()];
         self.form.step(&state, &parameters, &mut image);
-        let pairs = image.iter().zip(&truth.offsets).zip(self.claims);
-        let excess: Vec<f64> = pairs
-            .map(|((&value, &exact), claim)| (Dd::from(value) - exact).to_f64().abs() / claim)
-            .collect();
+        let is_far = |(error, claim): (&f64, &f64)| error + ROUNDING < CONFIRMED * claim;
+        let are_far = |errors: &Vec<f64>| errors.iter().zip(self.claims).all(is_far);
+        let in_double = errors(&state, &parameters, &image, &mut self.direct).filter(are_far);
+        let exact = || errors(&state, &parameters, &image, &mut self.exact);
+        let Some(errors) = in_double.or_else(exact) else {
+            self.found.lost += 1;
+            return None;
+        };
+        self.found.points += 1;
+        let pairs = errors.iter().zip(self.claims);
+        let excess: Vec<f64> = pairs.map(|(error, claim)| error / claim).collect();
         for (coordinate, &value) in excess.iter().enumerate() {
             // NOTE: NaN exceeds every claim.
             if value.is_nan() || value > self.found.excess[coordinate] {
@@ -246,6 +248,23 @@ impl Adversary<'_> {
         let parameters = offsets.split_off(split);
         Some((offsets, parameters))
     }
+}
+
+/// Errors of the image of a point, held against direct simulation; `None` if there is no return, or
+/// one with contacts elsewhere.
+fn errors<S: Real>(
+    state: &[f64],
+    parameters: &[f64],
+    image: &[f64],
+    direct: &mut DirectImage<'_, S>,
+) -> Option<Vec<f64>> {
+    let lifted = |values: &[f64]| values.iter().map(|&it| S::from_f64(it)).collect::<Vec<S>>();
+    let truth = direct.image(&lifted(state), &lifted(parameters)).ok()?;
+    if truth.end != DirectEnd::Returned || truth.extra_contacts > 0 {
+        return None;
+    }
+    let pairs = image.iter().zip(&truth.offsets);
+    Some(pairs.map(|(&value, &exact)| (S::from_f64(value) - exact).to_f64().abs()).collect())
 }
 
 fn largest(values: &[f64]) -> (usize, f64) {
