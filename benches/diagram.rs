@@ -15,7 +15,7 @@ use grazemap::analysis::{DirectMap, NoProgress, itinerary};
 use grazemap::expansion::{Expander, LocalMap, MapOrders};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::OrbitRequest;
-use grazemap::model::{DiagramRequest, Method, Scene, SweepDirection, catalogue, even_offsets};
+use grazemap::model::{DiagramRequest, Method, Scene, SweepDirection, even_offsets};
 use grazemap::orbit::{GrazingOrbit, locate};
 
 /// Range of the free orbit before grazing, in which every iterate of every value is computed by
@@ -33,8 +33,7 @@ struct Problem {
 }
 
 fn problem(name: &str) -> Problem {
-    let text = catalogue::text(name).expect("in the catalogue");
-    let scene = Scene::parse(text, name).expect("a good scene");
+    let scene = Scene::of_catalogue(name).expect("a good scene");
     let located = locate(&scene).expect("no wrong input");
     let orbit = located.into_result().expect("it grazes");
     let orders = MapOrders { smooth_order: 5, contact_weight: 6 };

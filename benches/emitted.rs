@@ -17,7 +17,7 @@ use std::process::Command;
 
 use grazemap::emission::{EmitOptions, EmittedModule, emitted_module};
 use grazemap::expansion::{Expander, MapOrders};
-use grazemap::model::{Scene, Shape, catalogue};
+use grazemap::model::{Scene, Shape};
 use grazemap::numeric::FloatFormat;
 use grazemap::orbit::locate;
 
@@ -119,8 +119,7 @@ fn measure(folder: &Path, native: bool) -> Vec<f64> {
 
 /// Module of a scene at these orders, with 64 bytes of lanes.
 fn module(name: &str, orders: MapOrders, precision: FloatFormat) -> EmittedModule {
-    let text = catalogue::text(name).expect("in the catalogue");
-    let scene = Scene::parse(text, name).expect("a good scene");
+    let scene = Scene::of_catalogue(name).expect("a good scene");
     let orbit = locate(&scene).expect("no wrong input").into_result().expect("it grazes");
     let expander = Expander::new(&scene, &orbit).expect("an analytic law");
     let map = match scene.emit.shape {

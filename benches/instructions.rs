@@ -68,14 +68,9 @@ fn flow<const ORDER: usize>(rounds: usize) {
     }
 }
 
-fn scene_of_the_catalogue(name: &str) -> Scene {
-    let text = catalogue::text(name).expect("a scene of the catalogue");
-    Scene::parse(text, name).expect("a scene of the catalogue")
-}
-
 /// One forcing period of the scene `linear`, its contacts and near misses.
 fn direct_period(rounds: usize) {
-    let scene = scene_of_the_catalogue("linear");
+    let scene = Scene::of_catalogue("linear").expect("a scene of the catalogue");
     let system = HybridSystem::new(&scene.model);
     let parameters: Vec<f64> =
         scene.model.parameter_values().into_iter().map(f64::from_dd).collect();
@@ -94,7 +89,8 @@ fn direct_period(rounds: usize) {
 /// Two returns of a scene of the catalogue to its section by direct simulation, on either side of
 /// the graze, each from the image of the one before.
 fn direct_returns(name: &str, rounds: usize) {
-    let graze = scene_of_the_catalogue(name).graze().expect("a graze");
+    let graze =
+        Scene::of_catalogue(name).expect("a scene of the catalogue").graze().expect("a graze");
     let (scene, orbit) = (graze.scene(), graze.orbit());
     let system = HybridSystem::new(&scene.model);
     let mut image = DirectImage::<f64>::new(&system, scene, orbit).expect("finite parameters");

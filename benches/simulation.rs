@@ -17,7 +17,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::hybrid::{
     DirectReturn, HybridSystem, LaneReturns, NominalPassage, ReturnSection, Simulator,
 };
-use grazemap::model::{Model, Scene};
+use grazemap::model::{Model, Scene, catalogue};
 use grazemap::numeric::{Dd, Lanes, Real, is_wide};
 use pulp::Simd;
 
@@ -28,10 +28,9 @@ const LANES: usize = 8;
 
 /// A scene of the catalogue with one parameter at another value.
 fn model(scene: &str, parameter: &str, value: f64) -> Model {
-    let path = format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
-    let source = std::fs::read_to_string(path).expect("a scene of the catalogue");
+    let source = catalogue::text(scene).expect("a scene of the catalogue");
     let overrides = [(parameter.to_owned(), value.to_string())];
-    Scene::parse_with(&source, scene, &overrides).expect("a scene of the catalogue").model
+    Scene::parse_with(source, scene, &overrides).expect("a scene of the catalogue").model
 }
 
 fn values<S: Real>(model: &Model) -> Vec<S> {

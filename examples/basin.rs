@@ -6,7 +6,7 @@ use grazemap::model::Method;
 use grazemap::prelude::*;
 
 fn main() -> Result<(), Error> {
-    let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    let map = Scene::of_catalogue("linear")?.graze()?.map()?;
     let request = BasinRequest {
         parameters: vec![-5e-4, 0.0],
         ranges: [[-1e-3, 3e-4], [-6e-4, 6e-4]],

@@ -5,7 +5,7 @@ use grazemap::pipeline::{BranchKeys, OrbitsOf, Position};
 use grazemap::prelude::*;
 
 fn main() -> Result<(), Error> {
-    let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    let map = Scene::of_catalogue("linear")?.graze()?.map()?;
     let keys = BranchKeys {
         along: "alpha".to_owned(),
         from: Some(Position::Offset(-1e-3)),

@@ -9,7 +9,7 @@ use grazemap::prelude::*;
 
 fn main() -> Result<(), Error> {
     let folder = std::env::temp_dir().join("grazemap-linear");
-    Scene::load("scenes/linear.toml")?.graze()?.map()?.emit(&folder)?;
+    Scene::of_catalogue("linear")?.graze()?.map()?.emit(&folder)?;
     println!("written into {}", folder.display());
     Ok(())
 }

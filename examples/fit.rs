@@ -6,7 +6,7 @@ use grazemap::pipeline::FitKeys;
 use grazemap::prelude::*;
 
 fn main() -> Result<(), Error> {
-    let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    let map = Scene::of_catalogue("linear")?.graze()?.map()?;
     // Four orbits of five returns at an offset of 3e-7 of alpha, as if they had been measured.
     let truth = [3e-7, 0.0];
     let series = (1..=4).map(|number| {

@@ -3,7 +3,7 @@
 use grazemap::prelude::*;
 
 fn main() -> Result<(), Error> {
-    let graze = Scene::load("scenes/linear.toml")?.graze()?;
+    let graze = Scene::of_catalogue("linear")?.graze()?;
     println!("grazes at alpha = {}", graze.parameter("alpha")?);
 
     let map = graze.map()?.asking(

@@ -154,7 +154,7 @@ fn edge_depth(scene: &Scene, local: &LocalMap) -> f64 {
 /// ```
 /// use grazemap::prelude::*;
 ///
-/// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+/// let map = Scene::of_catalogue("linear")?.graze()?.map()?;
 /// let text = map.to_json()?;
 /// let read = Map::from_json(&text)?;
 /// assert_eq!(map.step(&[1e-6, 0.0], &[0.0; 2])?, read.step(&[1e-6, 0.0], &[0.0; 2])?);
@@ -302,7 +302,7 @@ impl Map {
     /// ```
     /// use grazemap::prelude::*;
     ///
-    /// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    /// let map = Scene::of_catalogue("linear")?.graze()?.map()?;
     /// let tables = "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 1e-4]\npoints = 20\n";
     /// let map = map.asking(tables)?;
     /// assert_eq!(map.diagram(&map.scene().diagrams[0])?.sweeps[0].points.len(), 20);
@@ -606,7 +606,7 @@ impl Map {
     /// use grazemap::analysis::periodic::ContactItinerary;
     /// use grazemap::prelude::*;
     ///
-    /// let map = Scene::load("scenes/mems_scenario3.toml")?.graze()?.map()?;
+    /// let map = Scene::of_catalogue("mems_scenario3")?.graze()?.map()?;
     /// let request = LociRequest {
     ///     plane: [1, 0],
     ///     range: [-1e-6, 1e-6],
@@ -637,7 +637,7 @@ impl Map {
     /// use grazemap::analysis::periodic::ContactItinerary;
     /// use grazemap::prelude::*;
     ///
-    /// let map = Scene::load("scenes/foale.toml")?.graze()?.map()?;
+    /// let map = Scene::of_catalogue("foale")?.graze()?.map()?;
     /// let request = BranchRequest {
     ///     itineraries: vec![ContactItinerary::parse("1", 1)?],
     ///     longest: 2,

@@ -76,7 +76,7 @@ impl Map {
     /// use grazemap::pipeline::Points;
     /// use grazemap::prelude::*;
     ///
-    /// let map = Scene::load("scenes/linear.toml")?.graze()?.map()?;
+    /// let map = Scene::of_catalogue("linear")?.graze()?.map()?;
     /// let points = Points { states: vec![1e-6, 0.0, 2e-6, 0.0], parameters: vec![1e-7, 0.0] };
     /// let method = (Using::Map, Precision::F64);
     /// let orbits = map.point_orbits(points, 3, method, &NoProgress)?;

@@ -201,7 +201,7 @@ mod tests {
     use crate::{FindGraze, Scene};
 
     fn map(tables: &str) -> Map {
-        let scene = Scene::load("scenes/linear.toml").expect("a scene");
+        let scene = Scene::of_catalogue("linear").expect("a scene");
         let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
         map.asking(tables).expect("a request")
     }

@@ -247,12 +247,11 @@ fn fraction(size: f64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Scene, catalogue};
+    use crate::model::Scene;
 
     #[test]
     fn equations_are_those_of_the_scene() {
-        let text = catalogue::text("cantilever_3_5_soft").expect("a scene of the catalogue");
-        let scene = Scene::parse(text, "cantilever_3_5_soft").expect("a scene of the catalogue");
+        let scene = Scene::of_catalogue("cantilever_3_5_soft").expect("a scene of the catalogue");
         let text = equations(&scene.model);
         for part in
             ["<mfrac><mrow><mn>36</mn></mrow><mn>35</mn></mfrac>", "<mi>cos</mi>", "ζ", "h &gt; 0"]
@@ -264,8 +263,7 @@ mod tests {
 
     #[test]
     fn factors_stand_in_order_and_names_have_indices() {
-        let text = catalogue::text("two_stops_t1").expect("a scene of the catalogue");
-        let scene = Scene::parse(text, "two_stops_t1").expect("a scene of the catalogue");
+        let scene = Scene::of_catalogue("two_stops_t1").expect("a scene of the catalogue");
         let text = equations(&scene.model);
         let product =
             "<mn>2</mn></mrow><mo>⋅</mo><mi>ζ</mi><mo>⋅</mo><msub><mi>v</mi><mi>2</mi></msub>";

@@ -239,11 +239,10 @@ impl Pen<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Scene, catalogue};
+    use crate::model::Scene;
 
     fn rows_of(name: &str) -> Vec<(String, usize, usize, bool)> {
-        let text = catalogue::text(name).expect("a scene of the catalogue");
-        let scene = Scene::parse(text, name).expect("a scene of the catalogue");
+        let scene = Scene::of_catalogue(name).expect("a scene of the catalogue");
         let model = &scene.model;
         let values = model.parameter_values();
         let mut point = vec![0.1; model.dimension()];
@@ -256,8 +255,7 @@ mod tests {
     }
 
     fn forces_of(name: &str, mass: usize) -> String {
-        let text = catalogue::text(name).expect("a scene of the catalogue");
-        let scene = Scene::parse(text, name).expect("a scene of the catalogue");
+        let scene = Scene::of_catalogue(name).expect("a scene of the catalogue");
         let values = scene.model.parameter_values();
         let mut point = vec![0.1; scene.model.dimension()];
         point.extend(values.iter().map(|value| value.to_f64()));

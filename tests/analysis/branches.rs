@@ -14,7 +14,7 @@ use crate::support::scenes::scene_with;
 /// Exact derivatives agree with differences in double-double at any point.
 #[test]
 fn derivatives_are_those_of_the_residuals() {
-    let scene = Scene::load("scenes/foale.toml").expect("a scene");
+    let scene = Scene::of_catalogue("foale").expect("a scene");
     let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
     let evaluation = MapEvaluation::<Dd>::new(map.local());
     let itinerary = ContactItinerary::parse("110", 1).expect("digits");
@@ -45,7 +45,7 @@ fn derivatives_are_those_of_the_residuals() {
 /// itinerary, which uses differences.
 #[test]
 fn multipliers_are_those_of_the_search() {
-    let scene = Scene::load("scenes/foale_omega_2_2.toml").expect("a scene");
+    let scene = Scene::of_catalogue("foale_omega_2_2").expect("a scene");
     let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
     let itinerary = ContactItinerary::parse("1", 1).expect("digits");
     let parameters = [2e-4, 0.0];
@@ -89,7 +89,7 @@ fn request(itineraries: &[&str], longest: usize, range: [f64; 2], direct: bool) 
 }
 
 fn map_of(scene: &str) -> Map {
-    let scene = Scene::load(format!("scenes/{scene}.toml")).expect("a scene");
+    let scene = Scene::of_catalogue(scene).expect("a scene");
     scene.graze().and_then(|graze| graze.map()).expect("a map")
 }
 
@@ -406,7 +406,7 @@ fn every_attractor_of_a_sweep_lies_on_a_stable_branch() {
 /// the graze moves over the range.
 #[test]
 fn an_orbit_far_from_the_graze_has_its_branch_by_direct_simulation() {
-    let scene = Scene::load("scenes/mems_scenario3.toml").expect("a scene");
+    let scene = Scene::of_catalogue("mems_scenario3").expect("a scene");
     let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
     let request = BranchRequest {
         itineraries: vec![ContactItinerary::parse("0", 1).expect("digits")],
@@ -428,7 +428,7 @@ fn an_orbit_far_from_the_graze_has_its_branch_by_direct_simulation() {
 /// The branches of an orbit do not depend on the return at which its itinerary begins.
 #[test]
 fn an_itinerary_may_begin_at_any_return() {
-    let scene = Scene::load("scenes/cantilever_2_5.toml").expect("a scene");
+    let scene = Scene::of_catalogue("cantilever_2_5").expect("a scene");
     let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
     let found = ["10", "01"].map(|digits| {
         let request = BranchRequest {

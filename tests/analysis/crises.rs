@@ -11,7 +11,7 @@ use grazemap::prelude::{FindGraze, Scene};
 /// Map of the beam with a period-adding cascade of attractors, whose seven-band attractor ends in a
 /// crisis.
 fn beam() -> Map {
-    let scene = Scene::load("scenes/cantilever_3_5_soft.toml").expect("a scene");
+    let scene = Scene::of_catalogue("cantilever_3_5_soft").expect("a scene");
     scene.graze().and_then(|graze| graze.map()).expect("a map")
 }
 

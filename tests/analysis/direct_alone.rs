@@ -123,7 +123,7 @@ fn branches_of_direct_simulation_have_the_orbits_of_the_closed_form_without_a_ma
 
 #[test]
 fn images_of_direct_simulation_do_not_depend_on_the_expansion() {
-    let scene = || Scene::load("scenes/linear.toml").expect("a scene");
+    let scene = || Scene::of_catalogue("linear").expect("a scene");
     let request = ImageRequest {
         rows: [1e-4, -1e-4].map(|x| row([x, 1e-3])).into(),
         iterations: 3,
@@ -145,7 +145,7 @@ fn row(state: [f64; 2]) -> ImageRow {
 
 #[test]
 fn what_iterates_contacts_is_refused_where_none_are_expanded() {
-    let map = free_flight(Scene::load("scenes/linear.toml").expect("a scene"));
+    let map = free_flight(Scene::of_catalogue("linear").expect("a scene"));
     for using in [Using::Map, Using::Guarded, Using::Discontinuity] {
         let request = ImageRequest {
             rows: vec![row([1e-4, 0.0])],

@@ -11,7 +11,7 @@ use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::{
     DiscreteMap, HornerMap, MapOrbit, OrbitEnd, OrbitRequest, Period, StepInfo,
 };
-use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene, catalogue};
+use grazemap::model::{ChartRequest, DiagramRequest, Method, Scene};
 use grazemap::numeric::Dd;
 use grazemap_studies::agreement::{self, Agreement, Effort};
 
@@ -279,7 +279,7 @@ fn guarded_images_are_the_maps_inside_and_direct_simulations_outside() {
 #[test]
 fn every_difference_of_guarded_and_direct_sweeps_is_explained() {
     for name in ["cantilever_0_09", "soft_b", "two_stops_t1_prestressed"] {
-        let scene = Scene::parse(catalogue::text(name).expect("in the catalogue"), name);
+        let scene = Scene::of_catalogue(name);
         let effort = Effort { values: 24, transient: 200, keep: 40 };
         let found = agreement::of_scene(scene.expect("a good scene"), &effort).expect("it grazes");
         for Agreement { name, by_map, same, unexplained, difference, .. } in found {
@@ -332,7 +332,7 @@ fn a_period_larger_than_the_window_is_found_in_its_own_extent() {
 #[test]
 fn the_pictures_of_the_built_in_scene_are_not_beyond_its_window() {
     let name = "cantilever_3_5_soft";
-    let scene = Scene::parse(catalogue::text(name).expect("in the catalogue"), name);
+    let scene = Scene::of_catalogue(name);
     let scene = scene.expect("a good scene");
     for chart in &scene.charts {
         assert_eq!(chart.with, [Method::Guarded]);

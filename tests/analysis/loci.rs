@@ -116,7 +116,7 @@ fn tangencies_from_jets_are_those_of_the_closed_form() {
 
 #[test]
 fn a_tangency_settles_where_the_point_is_exact() {
-    let map = map_of(Scene::load("scenes/linear_codim2.toml").expect("a scene"));
+    let map = map_of(Scene::of_catalogue("linear_codim2").expect("a scene"));
     let loci = found(&map, &["1"], &[LocusKind::Fold, LocusKind::Flip], 1e-5, false);
     let kinds = checked_tangencies(&map, &loci, [0.05, 0.8]);
     assert_eq!(kinds, [LocusKind::Fold, LocusKind::Flip].map(|kind| (kind, "1".to_owned())));
@@ -141,7 +141,7 @@ fn direct_simulation_has_the_locus_to_thirteen_digits() {
 
 #[test]
 fn loci_of_periods_one_to_four_meet_where_the_sine_vanishes() {
-    let map = map_of(Scene::load("scenes/linear_codim2.toml").expect("a scene"));
+    let map = map_of(Scene::of_catalogue("linear_codim2").expect("a scene"));
     let kinds = [LocusKind::Fold, LocusKind::Flip];
     let itineraries = ["1", "10", "100", "1000"];
     let loci = found(&map, &itineraries, &kinds, 1e-4, false);
@@ -157,7 +157,7 @@ fn loci_of_periods_one_to_four_meet_where_the_sine_vanishes() {
 
 #[test]
 fn direct_simulation_alone_finds_a_fold_where_no_map_reaches() {
-    let map = map_of(Scene::load("scenes/foale.toml").expect("a scene"));
+    let map = map_of(Scene::of_catalogue("foale").expect("a scene"));
     let loci = found(&map, &["1"], &[LocusKind::Fold], 0.3, true);
     let fold = of_kind(&loci, LocusKind::Fold, "1");
     let (worst, points) = error(&map, &fold, [0.05, 0.7], true);
@@ -209,7 +209,7 @@ fn highest_between(omega: f64, [zeta, r]: [f64; 2], returns: usize, speed: f64) 
 
 #[test]
 fn grazes_of_orbits_with_impacts_are_those_of_the_closed_form() {
-    let map = map_of(Scene::load("scenes/linear_codim2.toml").expect("a scene"));
+    let map = map_of(Scene::of_catalogue("linear_codim2").expect("a scene"));
     for &direct in tiers::part(&[false, true], 1) {
         let loci = found(&map, &["10"], &[LocusKind::Graze], 1e-3, direct);
         let graze = of_kind(&loci, LocusKind::Graze, "01");
@@ -241,7 +241,7 @@ fn grazes_of_orbits_with_impacts_are_those_of_the_closed_form() {
 fn a_compliant_stop_has_its_loci_and_no_tangency() {
     let cases = [("soft_b", vec!["0"]), ("soft_b_stiff", vec!["0", "1", "01"])];
     for (name, kinds) in tiers::part(&cases, 1) {
-        let map = map_of(Scene::load(format!("scenes/{name}.toml")).expect("a scene"));
+        let map = map_of(Scene::of_catalogue(name).expect("a scene"));
         let loci = found(&map, &["1", "11"], &[LocusKind::Graze, LocusKind::Flip], 2e-5, false);
         assert!(loci.tangencies.is_empty() && loci.without_kick == [0], "{name}");
         let physical = loci.loci.iter().filter(|locus| locus.points.iter().any(|p| p.physical));
@@ -268,7 +268,7 @@ fn a_compliant_stop_has_its_loci_and_no_tangency() {
 /// A doubled orbit of two alike contacts is one orbit, whichever of them it is begun at.
 #[test]
 fn a_flip_of_two_alike_contacts_is_followed_once() {
-    let map = map_of(Scene::load("scenes/mems_codim2.toml").expect("a scene"));
+    let map = map_of(Scene::of_catalogue("mems_codim2").expect("a scene"));
     let width = map.local().window.parameter[1];
     let found = found(&map, &["1", "11"], &[LocusKind::Flip], width, false);
     let doubled = found.loci.iter().filter(|locus| locus.itinerary.to_string() == "11");

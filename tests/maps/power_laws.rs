@@ -11,7 +11,7 @@ use grazemap::pipeline::{FindGraze as _, Settled, StudyRequest};
 
 use crate::support::scenes::orbit;
 
-/// The oscillator of `scenes/soft_a.toml` with a contact law and a release of its own.
+/// The oscillator of the scene `soft_a` with a contact law and a release of its own.
 fn scene(contact: &str, release: &str, section: &str) -> Scene {
     scene_of_orders(contact, release, section, [5, 8])
 }

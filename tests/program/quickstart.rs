@@ -5,7 +5,7 @@ use grazemap::prelude::*;
 #[test]
 fn a_step_of_the_map_is_a_period_of_the_oscillator() -> Result<(), Error> {
     // A scene file: equations, stop, parameters, which orbit grazes.
-    let scene = Scene::load("scenes/linear.toml")?;
+    let scene = Scene::of_catalogue("linear")?;
 
     // The grazing orbit: `alpha` is adjusted until the periodic orbit just touches the stop.
     let graze = scene.graze()?;

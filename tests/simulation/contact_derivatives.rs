@@ -5,14 +5,13 @@ use grazemap::hybrid::{DirectReturn, HybridSystem, ReturnOutcome, ReturnSection,
 use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Real, converted};
 
-use crate::support::scenes::{NONE, parsed};
+use crate::support::scenes::{NONE, parsed, text};
 
 const POWERS: [&str; 7] = ["0.8", "1.1", "1.25", "1.5", "2", "2.5", "3.7"];
 
-/// The soft oscillator of `scenes/soft_a.toml` with another force.
+/// The soft oscillator of the scene `soft_a` with another force.
 fn soft(force: &str) -> Scene {
-    let text = include_str!("../../scenes/soft_a.toml");
-    let text = text.replace("free - k2*(u - sigma)", &format!("free - ({force})"));
+    let text = text("soft_a").replace("free - k2*(u - sigma)", &format!("free - ({force})"));
     parsed(&text, "soft", &NONE)
 }
 

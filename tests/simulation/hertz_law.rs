@@ -4,7 +4,7 @@
 //! This way uses neither an expansion, which has that law too (`tests/maps/power_laws.rs`), nor the
 //! simulator.
 
-/// The linear oscillator of `scenes/soft_a.toml`: damping, frequency of the forcing, stiffness of
+/// The linear oscillator of the scene `soft_a`: damping, frequency of the forcing, stiffness of
 /// the stop.
 const DAMPING: f64 = 0.03;
 const STIFFNESS: f64 = 33.0;

@@ -121,7 +121,7 @@ def elastic(p: dict[str, float]) -> Oscillator:
 CASES = [
     Case(
         "linear_w1.8",
-        "scenes/linear.toml",
+        "crates/sim/scenes/linear.toml",
         "delta",
         lambda p: Oscillator(
             linear, [p["alpha"], p["omega"], 2 * p["zeta"], 1.0], p["delta"], p["r"]
@@ -130,7 +130,7 @@ CASES = [
     ),
     Case(
         "mems_w0.46",
-        "scenes/mems.toml",
+        "crates/sim/scenes/mems.toml",
         "delta",
         lambda p: Oscillator(
             electrostatic, [p["V"], p["omega"], 2 * p["zeta"]], p["delta"], p["r"]
@@ -140,7 +140,7 @@ CASES = [
     ),
     Case(
         "cantilever_zeta0.107",
-        "scenes/cantilever_0_107.toml",
+        "crates/sim/scenes/cantilever_0_107.toml",
         "Q",
         lambda p: Oscillator(beam, [p["zeta"], p["alpha"], p["beta"]], p["Q"], p["r"], side=-1),
         1.0,
@@ -148,7 +148,7 @@ CASES = [
     ),
     Case(
         "soft_A1",
-        "scenes/soft_a.toml",
+        "crates/sim/scenes/soft_a.toml",
         "sigma",
         lambda p: Oscillator(
             linear,

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use grazemap_atlas::atlas::{Atlas, AtlasOptions, Region, StroboscopicReturn, Tabulated};
 use grazemap_atlas::hybrid::HybridSystem;
-use grazemap_atlas::model::{Scene, catalogue};
+use grazemap_atlas::model::Scene;
 use grazemap_atlas::numeric::low_discrepancy;
 
 /// A scene of the catalogue, a phase and ranges.
@@ -46,8 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn measure(figure: &Figure, points: usize) -> Result<(), Box<dyn Error>> {
-    let text = catalogue::text(figure.scene).ok_or("a scene of the catalogue")?;
-    let scene = Scene::parse(text, figure.scene)?;
+    let scene = Scene::of_catalogue(figure.scene)?;
     let system = HybridSystem::new(&scene.model);
     let region = Region::new(&scene.model, figure.phase, 1, figure.ranges)?;
     let map = StroboscopicReturn::new(&system, &scene.model, region)?;

@@ -6,7 +6,7 @@ use grazemap_atlas::atlas::{
 };
 use grazemap_atlas::hybrid::HybridSystem;
 use grazemap_atlas::jet::{Jet, JetSpace};
-use grazemap_atlas::model::{Scene, catalogue};
+use grazemap_atlas::model::Scene;
 
 /// The surface `√max(0, x − y²/4)` over `[−1, 1]²`, with or without the cut at its edge.
 #[derive(Clone)]
@@ -159,8 +159,7 @@ fn ball([x, v]: [f64; 2]) -> [f64; 2] {
 }
 
 fn of_catalogue(name: &str) -> Scene {
-    let text = catalogue::text(name).expect("a scene of the catalogue");
-    Scene::parse(text, name).expect("a scene")
+    Scene::of_catalogue(name).expect("a scene of the catalogue")
 }
 
 /// Return of a scene over a region, to a phase.

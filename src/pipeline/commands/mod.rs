@@ -39,7 +39,7 @@ pub use safe::SafeKeys;
 /// use grazemap::prelude::*;
 ///
 /// let command = Command::from_json(r#"{"trajectory": {"periods": 2, "samples": 10}}"#)?;
-/// let scene = Scene::load("scenes/linear.toml")?;
+/// let scene = Scene::of_catalogue("linear")?;
 /// let answer = command.answer(Source::Scene(Box::new(scene)), &NoProgress)?;
 /// assert_eq!(answer.table().expect("a table").columns()[0].header, "t");
 /// # Ok::<(), grazemap::Error>(())

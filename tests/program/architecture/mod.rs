@@ -357,6 +357,41 @@ fn the_library_names_no_option_of_the_program() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// Beginnings of the paths that a file includes: `include_str!("../a")`, also within `concat!`.
+fn included(text: &str) -> impl Iterator<Item = &str> {
+    let calls = text.match_indices("include_str!(").chain(text.match_indices("include_bytes!("));
+    calls.filter_map(|(at, call)| {
+        let arguments = text[at + call.len()..].trim_start();
+        let path = arguments.strip_prefix("concat!(").unwrap_or(arguments).strip_prefix('"')?;
+        path.split('"').next()
+    })
+}
+
+/// A package is published with what lies in its folder, so it includes nothing from elsewhere.
+#[test]
+fn packages_include_files_of_their_own_folder() {
+    let text = "include_str!(concat!(\"../a/\", $name)); x(include_bytes!(\"b.ttf\"))";
+    assert_eq!(included(text).collect::<Vec<_>>(), ["../a/", "b.ttf"]);
+    let (mut paths, mut faults) = (0, Vec::new());
+    for place in HOUSE.places() {
+        let file = &HOUSE.module(&place).file;
+        if file.is_dir() {
+            continue;
+        }
+        let package = file.ancestors().find(|folder| folder.join("Cargo.toml").exists());
+        let folders = file.strip_prefix(package.expect("a package")).expect("inside");
+        let above = folders.components().count() - 1;
+        for path in included(&fs::read_to_string(file).expect("a source file")) {
+            paths += 1;
+            if path.split('/').filter(|part| *part == "..").count() > above {
+                faults.push(format!("{}: {path}", file.display()));
+            }
+        }
+    }
+    assert!(paths > 15, "{paths}");
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
 /// Openings of a doc comment whose subject stands elsewhere.
 const REFUSED_OPENINGS: [&str; 8] =
     ["What", "How", "Where", "Those", "That of", "The same", "Of", "It"];

@@ -80,8 +80,7 @@ fn an_override_of_the_active_parameters_leaves_out_the_windows_of_the_others() {
 #[test]
 fn every_scene_of_the_catalogue_passes_the_checks() {
     for name in catalogue::names() {
-        let source = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse(source, name).expect("without a fault");
+        let scene = Scene::of_catalogue(name).expect("without a fault");
         assert!(scene.check_diagrams().is_ok() && scene.check_charts().is_ok(), "{name}");
         assert!(scene.check_tangent_states().is_ok(), "{name}");
         assert_eq!(grazemap::expansion::check_orders(&scene), Ok(()), "{name}");

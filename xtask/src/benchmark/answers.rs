@@ -21,7 +21,7 @@ pub(crate) fn tables() -> Result<Vec<Table>, Box<dyn Error>> {
     };
     let mut answered = Vec::new();
     for (file, name) in RIGID {
-        let scene = Scene::parse(catalogue::text(name).ok_or("a scene")?, name)?;
+        let scene = Scene::of_catalogue(name)?;
         answered.push(rigid(&scene, take(format!("images/{file}.csv"))?)?);
     }
     for set in SOFT {

@@ -49,8 +49,7 @@ impl SectionPhases {
 }
 
 fn of_scene(name: &str) -> Result<Tally, Box<dyn Error + Send + Sync>> {
-    let text = catalogue::text(name).ok_or_else(|| format!("no scene `{name}`"))?;
-    let scene = Scene::parse(text, name)?;
+    let scene = Scene::of_catalogue(name)?;
     let system = HybridSystem::new(&scene.model);
     let mut tally = Tally::default();
     for factor in FACTORS {

@@ -6,7 +6,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use grazemap::model::catalogue;
 use grazemap::prelude::*;
 
 const TABLES: &str = "
@@ -130,8 +129,7 @@ fn a_program_in_c_gives_the_numbers_of_the_program() {
     let folder = tempfile::tempdir().expect("a folder");
     let Some((printed, csv)) = by_c(folder.path()) else { return };
     let the = |word: &str| numbers(lines(&printed, word)[0]);
-    let source = catalogue::text("linear").expect("it is in the catalogue");
-    let scene = Scene::parse(source, "linear.toml").expect("a scene");
+    let scene = Scene::of_catalogue("linear").expect("a scene");
     let graze = scene.clone().graze().expect("it grazes");
     assert_eq!(the("alpha"), [graze.parameter("alpha").expect("a parameter")]);
     assert_eq!(the("sizes"), [2.0, 2.0, 1.0]);
@@ -170,8 +168,7 @@ fn derivatives_in_c_are_differences_of_images() {
     let folder = tempfile::tempdir().expect("a folder");
     let Some((printed, _)) = by_c(folder.path()) else { return };
     let derivatives = numbers(lines(&printed, "jacobian")[0]);
-    let source = catalogue::text("linear").expect("it is in the catalogue");
-    let scene = Scene::parse(source, "linear.toml").expect("a scene");
+    let scene = Scene::of_catalogue("linear").expect("a scene");
     let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
     let step = 1e-8;
     for column in 0..4 {
@@ -263,8 +260,7 @@ fn the_programs_of_the_guide_print_the_same_orbits() {
     let (include, libraries) = (root().join("include"), libraries());
     let (include, libraries) = (include.display(), libraries.display());
     let saved = folder.join("map.json");
-    let source = catalogue::text("linear").expect("it is in the catalogue");
-    let scene = Scene::parse(source, "linear.toml").expect("a scene");
+    let scene = Scene::of_catalogue("linear").expect("a scene");
     let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
     map.save(&saved).expect("writable");
     let orbits = "images = grazed('map.json', [1e-5 -3e-6; 2e-5 1e-6], [1e-6 0], 3); \

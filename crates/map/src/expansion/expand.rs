@@ -39,11 +39,10 @@ const LARGEST_DEFECT: f64 = 1e-9;
 ///
 /// ```
 /// use grazemap_map::expansion::{Expander, MapOrders};
-/// use grazemap_map::model::{Scene, catalogue};
+/// use grazemap_map::model::Scene;
 /// use grazemap_map::orbit::locate;
 ///
-/// let text = catalogue::text("linear").expect("in the catalogue");
-/// let scene = Scene::parse(text, "linear.toml")?;
+/// let scene = Scene::of_catalogue("linear")?;
 /// let orbit = locate(&scene)?.into_result()?;
 /// let expander = Expander::new(&scene, &orbit)?;
 /// let map = expander.expand(MapOrders { smooth_order: 3, contact_weight: 4 })?;

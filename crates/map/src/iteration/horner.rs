@@ -294,11 +294,10 @@ impl HornerMap {
     /// ```
     /// use grazemap_map::expansion::{Expander, MapOrders};
     /// use grazemap_map::iteration::{DiscreteMap, HornerMap};
-    /// use grazemap_map::model::{Scene, catalogue};
+    /// use grazemap_map::model::Scene;
     /// use grazemap_map::orbit::locate;
     ///
-    /// let text = catalogue::text("linear").expect("in the catalogue");
-    /// let scene = Scene::parse(text, "linear.toml")?;
+    /// let scene = Scene::of_catalogue("linear")?;
     /// let orbit = locate(&scene)?.into_result()?;
     /// let orders = MapOrders { smooth_order: 3, contact_weight: 4 };
     /// let map = HornerMap::new(&Expander::new(&scene, &orbit)?.expand(orders)?);
@@ -383,13 +382,12 @@ impl Vectorised for Points<'_> {
 mod tests {
     use crate::expansion::{Expander, MapOrders};
     use crate::iteration::{DiscreteMap, HornerMap};
-    use crate::model::{Scene, catalogue};
+    use crate::model::Scene;
     use crate::orbit::locate;
 
     #[test]
     fn a_batch_is_its_steps() {
-        let source = catalogue::text("linear").expect("it is in the catalogue");
-        let scene = Scene::parse(source, "linear.toml").expect("a scene");
+        let scene = Scene::of_catalogue("linear").expect("a scene");
         let orbit = locate(&scene).expect("a search").into_result().expect("a simple graze");
         let orders = MapOrders { smooth_order: 5, contact_weight: 6 };
         let map = Expander::new(&scene, &orbit).and_then(|it| it.expand(orders)).expect("a map");

@@ -177,11 +177,9 @@ impl Effort {
 mod tests {
     use super::*;
     use crate::model::Scene;
-    use crate::model::catalogue;
 
     fn mems() -> Field {
-        let text = catalogue::text("mems").expect("a scene of the catalogue");
-        let scene = Scene::parse(text, "mems.toml").expect("a valid scene");
+        let scene = Scene::of_catalogue("mems").expect("a valid scene");
         Field::free(&scene.model, &[])
     }
 

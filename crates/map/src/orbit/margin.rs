@@ -70,11 +70,10 @@ pub enum MarginOutcome {
 /// searched. With one parameter the graze is the one that [`locate`] finds.
 ///
 /// ```
-/// use grazemap_map::model::{Scene, catalogue};
+/// use grazemap_map::model::Scene;
 /// use grazemap_map::orbit::{MarginOutcome, margin};
 ///
-/// let text = catalogue::text("linear").expect("in the catalogue");
-/// let scene = Scene::parse(text, "linear.toml")?;
+/// let scene = Scene::of_catalogue("linear")?;
 /// let [alpha, omega] = ["alpha", "omega"].map(|name| {
 ///     scene.model.parameters.iter().position(|known| known.name == name).expect("there")
 /// });

@@ -7,13 +7,13 @@ struct CatalogueEntry {
     text: &'static str,
 }
 
-/// An entry whose text is the file `scenes/NAME.toml`.
+/// An entry whose text is the file `scenes/NAME.toml` of this package.
 macro_rules! entry {
     ($name:literal, $summary:literal) => {
         CatalogueEntry {
             name: $name,
             summary: $summary,
-            text: include_str!(concat!("../../../../scenes/", $name, ".toml")),
+            text: include_str!(concat!("../../scenes/", $name, ".toml")),
         }
     };
 }

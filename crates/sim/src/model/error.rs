@@ -133,6 +133,14 @@ pub enum SceneProblem {
         /// Message of the operating system.
         reason: String,
     },
+    /// The catalogue has no scene of this name.
+    #[error("no scene `{name}` in the catalogue{}", in_brackets(.nearest))]
+    NotInCatalogue {
+        /// Name asked for.
+        name: String,
+        /// Name of a scene that was probably meant.
+        nearest: Option<String>,
+    },
     /// The text is longer than any scene.
     #[error("scene of more than {limit} bytes, the most that are read")]
     TooLong {

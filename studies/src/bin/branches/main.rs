@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Map of a scene of the catalogue.
 fn map_of(name: &str) -> Result<Map, Box<dyn Error>> {
-    let scene = Scene::parse(catalogue::text(name).unwrap_or_default(), name)?;
+    let scene = Scene::of_catalogue(name)?;
     Ok(scene.graze()?.map()?)
 }
 

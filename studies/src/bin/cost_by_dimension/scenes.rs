@@ -37,8 +37,7 @@ pub(crate) fn table(rate: f64) -> Result<Table, Box<dyn Error>> {
 }
 
 fn row(name: &str, rate: f64) -> Result<Option<Vec<Cell>>, Box<dyn Error>> {
-    let source = catalogue::text(name).ok_or("a name of the catalogue")?;
-    let scene = Scene::parse(source, name)?;
+    let scene = Scene::of_catalogue(name)?;
     let Orders::Fixed(orders) = scene.expansion.orders else {
         return Ok(None);
     };
@@ -46,7 +45,7 @@ fn row(name: &str, rate: f64) -> Result<Option<Vec<Cell>>, Box<dyn Error>> {
     let expander = Expander::new(&scene, &orbit)?;
     let cost = cost(&expander, orders)?;
     let [operations, _, frozen, _] = cost.operations;
-    let map = Scene::parse(source, name)?.graze()?.map()?;
+    let map = Scene::of_catalogue(name)?.graze()?.map()?;
     let compiled = compiled_step_ns(&map, operations)?;
     let mut row = vec![
         Cell::text(name),

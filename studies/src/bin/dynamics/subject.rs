@@ -8,7 +8,7 @@ use grazemap::convergence::MapFamily;
 use grazemap::expansion::{LocalMap, MapOrders, MapWindow};
 use grazemap::hybrid::HybridSystem;
 use grazemap::iteration::PassageSet;
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::numeric::{Dd, Real};
 use grazemap::orbit::{GrazingOrbit, locate};
 use grazemap_studies::held::branch;
@@ -26,8 +26,7 @@ pub(crate) struct Subject {
 
 impl Subject {
     pub(crate) fn new(name: &'static str) -> Self {
-        let text = catalogue::text(name).expect("in the catalogue");
-        let scene = Scene::parse(text, name).expect("a good scene");
+        let scene = Scene::of_catalogue(name).expect("a good scene");
         let location = locate(&scene).expect("no wrong input");
         let orbit = location.into_result().expect("it grazes");
         let system = HybridSystem::new(&scene.model);

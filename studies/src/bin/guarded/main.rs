@@ -57,7 +57,7 @@ fn scenes(files: Vec<String>) -> Result<Vec<Scene>, SceneError> {
 
 /// Scene of the catalogue.
 fn of_catalogue(name: &str) -> Result<Scene, SceneError> {
-    Scene::parse(catalogue::text(name).unwrap_or_default(), name)
+    Scene::of_catalogue(name)
 }
 
 fn agree(values: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {

@@ -2,7 +2,7 @@
 
 use grazemap::convergence::{Choice, Chooser, ConvergenceError, ExactImages, chosen_map, step_ns};
 use grazemap::iteration::HornerMap;
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::orbit::{GrazingOrbit, locate};
 
 use crate::TOLERANCES;
@@ -62,8 +62,7 @@ impl Case {
     /// Chooses maps for all tolerances. The reference is simulated once.
     pub(crate) fn new(name: &str) -> Result<Self, String> {
         let said = |error: &dyn std::error::Error| error.to_string();
-        let source = catalogue::text(name).ok_or("no name of the catalogue")?;
-        let scene = Scene::parse(source, name).map_err(|error| said(&error))?;
+        let scene = Scene::of_catalogue(name).map_err(|error| said(&error))?;
         let location = locate(&scene).map_err(|error| said(&error))?;
         let orbit = location.into_result().map_err(|error| said(&error))?;
         let (exact, maps) = chosen(&scene, &orbit).map_err(|error| said(&error))?;

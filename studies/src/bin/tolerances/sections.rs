@@ -3,7 +3,7 @@
 
 use grazemap::analysis::NoProgress;
 use grazemap::convergence::{Choice, ChoiceOptions, SectionChoice, choose, choose_sections};
-use grazemap::model::{Scene, catalogue};
+use grazemap::model::Scene;
 use grazemap::orbit::locate;
 use grazemap::report::{Cell, Column, ReportError, Table};
 use rayon::prelude::*;
@@ -44,8 +44,7 @@ pub(crate) fn all() -> Result<Vec<Sections>, String> {
 
 fn of_scene(name: &'static str) -> Result<Vec<Sections>, String> {
     let said = |error: &dyn std::error::Error| error.to_string();
-    let source = catalogue::text(name).ok_or("no name of the catalogue")?;
-    let scene = Scene::parse(source, name).map_err(|error| said(&error))?;
+    let scene = Scene::of_catalogue(name).map_err(|error| said(&error))?;
     let location = locate(&scene).map_err(|error| said(&error))?;
     let orbit = location.into_result().map_err(|error| said(&error))?;
     let choices = TOLERANCES.map(|tolerance| {

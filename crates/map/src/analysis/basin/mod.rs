@@ -326,11 +326,10 @@ pub struct Uncertainty {
 /// use grazemap_map::analysis::NoProgress;
 /// use grazemap_map::analysis::basin::{BasinRequest, basin};
 /// use grazemap_map::expansion::{Expander, MapOrders};
-/// use grazemap_map::model::{Scene, catalogue};
+/// use grazemap_map::model::Scene;
 /// use grazemap_map::orbit::locate;
 ///
-/// let text = catalogue::text("linear").expect("in the catalogue");
-/// let scene = Scene::parse(text, "linear.toml")?;
+/// let scene = Scene::of_catalogue("linear")?;
 /// let orbit = locate(&scene)?.into_result()?;
 /// let orders = MapOrders { smooth_order: 5, contact_weight: 6 };
 /// let map = Expander::new(&scene, &orbit)?.expand(orders)?;

@@ -164,13 +164,11 @@ mod tests {
     use crate::analysis::direct_image::DirectImage;
     use crate::analysis::progress::NoProgress;
     use crate::expansion::{Expander, MapOrders};
-    use crate::model::catalogue;
     use crate::orbit::locate;
 
     #[test]
     fn a_search_whose_work_is_done_ends_with_what_it_has_and_names_what_is_unfinished() {
-        let text = catalogue::text("linear").expect("a scene of the catalogue");
-        let scene = Scene::parse(text, "linear.toml").expect("a valid scene");
+        let scene = Scene::of_catalogue("linear").expect("a valid scene");
         let orbit = locate(&scene).expect("a search").into_result().expect("a graze");
         let orders = MapOrders { smooth_order: 3, contact_weight: 4 };
         let map = Expander::new(&scene, &orbit).expect("series").expand(orders).expect("a map");

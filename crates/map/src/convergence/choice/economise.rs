@@ -50,11 +50,10 @@ impl MapFamily<'_> {
     /// ```
     /// use grazemap_map::convergence::MapFamily;
     /// use grazemap_map::expansion::MapOrders;
-    /// use grazemap_map::model::{Scene, catalogue};
+    /// use grazemap_map::model::Scene;
     /// use grazemap_map::orbit::locate;
     ///
-    /// let text = catalogue::text("linear").expect("in the catalogue");
-    /// let scene = Scene::parse(text, "linear.toml")?;
+    /// let scene = Scene::of_catalogue("linear")?;
     /// let orbit = locate(&scene)?.into_result()?;
     /// let highest = MapOrders { smooth_order: 5, contact_weight: 7 };
     /// let family = MapFamily::new(&scene, &orbit, highest)?;

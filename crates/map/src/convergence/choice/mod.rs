@@ -123,11 +123,10 @@ impl ChoiceSearch {
 ///
 /// ```
 /// use grazemap_map::convergence::Chooser;
-/// use grazemap_map::model::{Scene, catalogue};
+/// use grazemap_map::model::Scene;
 /// use grazemap_map::orbit::locate;
 ///
-/// let text = catalogue::text("linear").expect("in the catalogue");
-/// let scene = Scene::parse(text, "linear.toml")?;
+/// let scene = Scene::of_catalogue("linear")?;
 /// let orbit = locate(&scene)?.into_result()?;
 /// let mut chooser = Chooser::new(&scene, &orbit, 100)?;
 /// let [coarse, fine] = [1e-3, 1e-6].map(|tolerance| chooser.choose(tolerance));

@@ -10,6 +10,7 @@ use toml_edit::{Document, DocumentMut, Item, TableLike, Value};
 
 use super::document::{Table, shown};
 use super::{Digest, Scene, diagram, oscillator, period, tables};
+use crate::model::catalogue;
 use crate::model::error::{Checked, Fault, OverrideReason, SceneError, SceneProblem};
 use crate::model::graph::NodeId;
 use crate::model::names::{self, nearest};
@@ -37,7 +38,7 @@ impl Scene {
     /// Reads and checks a scene. `file_name` appears in messages and determines the identifier.
     ///
     /// ```
-    /// use grazemap_sim::model::{Scene, catalogue};
+    /// use grazemap_sim::model::Scene;
     ///
     /// let source = catalogue::text("linear").expect("the catalogue holds it");
     /// let scene = Scene::parse(source, "linear.toml")?;
@@ -88,11 +89,10 @@ impl Scene {
     /// Settled section and window are kept; text and digest are those of the new scene.
     ///
     /// ```
-    /// use grazemap_sim::model::{Scene, catalogue};
+    /// use grazemap_sim::model::Scene;
     ///
-    /// let source = catalogue::text("linear").expect("the catalogue holds it");
     /// let tables = "[[diagram]]\nparameter = \"alpha\"\nrange = [-1e-4, 1e-4]\n";
-    /// let scene = Scene::parse(source, "linear.toml")?.asking(tables)?;
+    /// let scene = Scene::of_catalogue("linear")?.asking(tables)?;
     /// assert_eq!((scene.diagrams.len(), scene.charts.len()), (1, 0));
     /// # Ok::<(), grazemap_sim::model::SceneError>(())
     /// ```
@@ -112,6 +112,29 @@ impl Scene {
             window: self.window.clone(),
             ..asked
         })
+    }
+
+    /// Scene of the [catalogue], by its name.
+    ///
+    /// ```
+    /// use grazemap_sim::model::Scene;
+    ///
+    /// let scene = Scene::of_catalogue("linear")?;
+    /// assert_eq!(scene.model.full_state_names(), ["x", "v", "theta"]);
+    /// assert!(Scene::of_catalogue("linaer").is_err());
+    /// # Ok::<(), grazemap_sim::model::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`SceneProblem::NotInCatalogue`].
+    pub fn of_catalogue(name: &str) -> Result<Self, SceneError> {
+        let file_name = format!("{name}.toml");
+        let unknown = || {
+            let (name, nearest) = (name.to_owned(), nearest(name, catalogue::names()));
+            Fault::nowhere(SceneProblem::NotInCatalogue { name, nearest }).in_file(&file_name, "")
+        };
+        Self::parse(catalogue::text(name).ok_or_else(unknown)?, &file_name)
     }
 
     /// Reads and checks a scene file.
