@@ -2,10 +2,13 @@
 //! form.
 
 use grazemap::hybrid::{
-    Event, EventKind, HybridError, HybridSystem, Outcome, Regime, Simulator, Trajectory,
+    DirectReturn, Event, EventKind, HybridError, HybridSystem, Outcome, Regime, ReturnSection,
+    Simulator, Trajectory,
 };
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Real};
+
+use crate::support::synthetic::Numbers;
 
 fn model(body: &str) -> Model {
     let text = format!(
@@ -104,6 +107,42 @@ fn a_near_miss_is_reported_with_its_gap_and_is_no_contact() {
 
 /// Flies `sin` from many starting times into a stop at `1 - y²`; the impact speed is `y sqrt(2 -
 /// y²)`.
+/// Where the gap of one of two stops that face each other is least, the other one is largest.
+#[test]
+fn near_misses_of_facing_stops_are_minima_of_their_own_gaps() {
+    let stop = |name: &str, gap: &str| {
+        format!(
+            "[[model.surface]]\nname = \"{name}\"\nevent = \"{gap}\"\nimpact = {{ v = \"-p*v\" }}\n"
+        )
+    };
+    let model = model(&format!(
+        "parameters = {{ p = 0.8, F = 0.3, w = 0.9 }}\n\
+         [model.phase]\nname = \"theta\"\nrate = \"w\"\nperiod = \"2*pi\"\n\
+         [model.flow]\nx = \"v\"\nv = \"F*cos(theta) - 0.04*v - x\"\n{}{}",
+        stop("stop", "1 - x"),
+        stop("other", "1 + x")
+    ));
+    let system = HybridSystem::new(&model);
+    let section = ReturnSection::Tangency { surface: 0 };
+    let parameters: Vec<f64> =
+        model.parameter_values().iter().map(|value| value.to_f64()).collect();
+    let mut returns =
+        DirectReturn::<f64>::over_periods(&system, &parameters, section, 3).expect("a section");
+    let mut numbers = Numbers::new(7);
+    let mut misses = 0;
+    for _ in 0..500 {
+        let state = [0.5 + 0.5 * numbers.next(), 0.0, 3.0 * numbers.next()];
+        let image = returns.image(&state).expect("a finite state");
+        misses += image.near_misses.len();
+        for (place, gap) in image.near_misses.iter().enumerate() {
+            let faces = |other: &&f64| (gap + *other - 2.0).abs() < 1e-9;
+            let other = image.near_misses[place + 1..].iter().find(faces);
+            assert!(other.is_none(), "{state:?}: {:?}", image.near_misses);
+        }
+    }
+    assert!(misses > 500, "{misses}");
+}
+
 fn sweep<S: Real>(y: f64, tolerance: f64) {
     let system = HybridSystem::new(&pendulum());
     let wall = S::one() - S::from_f64(y) * S::from_f64(y);

@@ -130,7 +130,7 @@ pub(super) fn search_scalar<S: Real>(
 /// the search are passed to `log`, in order of time.
 ///
 /// A gap that fell before the step and does not fall at its start has its minimum there, between
-/// two steps and inside neither.
+/// two steps and inside neither. A concave gap has its maximum there: it fell, or rises, by rounding.
 #[inline(always)]
 pub(super) fn search<S: Branched>(
     points: &mut StationaryPoints<S::Rounded>,
@@ -146,7 +146,8 @@ pub(super) fn search<S: Branched>(
     let mut falls = (gap.sign * gap.slope[0]).is_below(zero);
     let mut left = (zero, gap.sign * gap.value[0]);
     let mut end = SearchEnd::none(length);
-    let turned = wanted & start.fell & !falls & goal.admits(left.1);
+    let is_concave = (gap.sign * gap.slope[1]).is_below(zero);
+    let turned = wanted & start.fell & !falls & !is_concave & goal.admits(left.1);
     end.meet_minima(turned, left, gap.surface, &goal, &mut log);
     let mut falling = MonotonePiece { left, right: left };
     let mut exists = wanted;
@@ -371,6 +372,18 @@ mod tests {
         let falling = [0.25, -1e-17, 1.0];
         assert_eq!(passages::<f64>(&falling, after(Heading::Falling), goal).len(), 1);
         assert!(passages::<f64>(&falling, after(Heading::Rising), goal).is_empty());
+    }
+
+    /// Two stops opposite each other: where one gap is least the other one is largest, and a flight
+    /// that stops at the minimum leaves the slopes of both at rounding.
+    #[test]
+    fn a_maximum_between_two_steps_is_no_minimum_whatever_the_signs_of_its_slopes() {
+        for slope in [1e-17, 0.0, -1e-17] {
+            for before in [Heading::Falling, Heading::Rising, Heading::Unknown] {
+                let found = passages::<f64>(&[0.25, slope, -0.1], after(before), crossing(1.0));
+                assert!(found.is_empty(), "{slope:e} {before:?}: {found:?}");
+            }
+        }
     }
 
     #[test]
