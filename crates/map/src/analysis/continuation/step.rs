@@ -55,6 +55,9 @@ impl StepControl {
 const STEPS: usize = 8;
 /// Most steps with one Jacobian for all.
 const CHORDS: usize = 60;
+/// Largest residual after the last step of a convergent iteration, in lengths of that step along
+/// the steepest equation.
+const LEFT: f64 = 16.0;
 /// Least ratio of successive steps, below the root of the roundoff, that counts as stalled.
 const STALLED: f64 = 0.25;
 
@@ -128,8 +131,10 @@ pub fn by_chords<S: Real, X>(
     None
 }
 
-/// Solution at unknowns at which steps converged or stalled; `None` for a stall with a large
-/// residual.
+/// Solution at unknowns at which steps converged or stalled; `None` for a large residual.
+///
+/// NOTE: a last step next to a graze may lead across it, to where the equations are others: it
+/// converged on its own side alone.
 fn solved<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     unknowns: Vec<S>,
@@ -137,8 +142,11 @@ fn solved<S: Real, C: CurveEquations<S> + ?Sized>(
 ) -> Option<Solution<S, C::Extra>> {
     let there = curve.linearised(&unknowns)?;
     // Steps stall at the rounding of the residual, or where the residual is not smooth.
-    let rest = largest(&there.residual);
-    (converged || rest <= S::ROUNDOFF.sqrt()).then_some((unknowns, there))
+    let most = match converged {
+        true => S::ROUNDOFF.powf(0.65) + LEFT * S::ROUNDOFF.powf(0.75) * largest(&there.jacobian),
+        false => S::ROUNDOFF.sqrt(),
+    };
+    (largest(&there.residual) <= most).then_some((unknowns, there))
 }
 
 /// Largest ratio of successive steps with a Jacobian from another point.
