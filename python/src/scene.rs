@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use grazemap::model;
+use grazemap::pipeline::{BranchPlace, Source};
 use grazemap::prelude::*;
 use grazemap::report::GrazeStudy;
 use pyo3::prelude::*;
@@ -94,6 +95,21 @@ impl Scene {
     fn graze(&self, py: Python<'_>) -> PyResult<Graze> {
         let scene = self.0.clone();
         compute(py, None, move |_| scene.graze()).map(Graze)
+    }
+
+    /// Scene whose grazing orbit is that of a special point of a branch document, and the keys that
+    /// lead there.
+    fn at_graze(
+        &self,
+        py: Python<'_>,
+        document: String,
+        name: PathBuf,
+        number: usize,
+    ) -> PyResult<(Self, Overrides)> {
+        let source = Source::Scene(Box::new(self.0.clone()));
+        let place = BranchPlace { path: name, number };
+        let search = compute(py, None, move |_| source.at_graze_of(&document, &place))?;
+        Ok((Self(search.scene), search.changes))
     }
 }
 

@@ -87,8 +87,23 @@ impl Source {
     /// [`Error::BranchPlace`] for a file that is no branch document of this scene, and for a point
     /// that is no graze of one passage; [`Error::Unreadable`]; as [`Source::settle`].
     pub fn at_branch_graze(self, place: &BranchPlace) -> Result<SearchFromBranch, Error> {
+        let document = read(&place.path)?;
+        self.at_graze_of(&document, place)
+    }
+
+    /// [`at_branch_graze`](Source::at_branch_graze) of a branch document in memory; the path of the
+    /// place is its name in messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`at_branch_graze`](Source::at_branch_graze), except [`Error::Unreadable`].
+    pub fn at_graze_of(
+        self,
+        document: &str,
+        place: &BranchPlace,
+    ) -> Result<SearchFromBranch, Error> {
         let refused = |reason| refusal(&place.path, reason);
-        let saved = branches(&place.path)?;
+        let saved = branches(document).map_err(refused)?;
         let scene = self.scene();
         if saved.digest != scene.digest {
             return Err(refused(BranchPlaceError::OtherScene {
@@ -127,13 +142,12 @@ fn refusal(path: &Path, reason: BranchPlaceError) -> Error {
     Error::BranchPlace { path: path.to_owned(), reason: Box::new(reason) }
 }
 
-/// Reads a branch document.
-fn branches(path: &Path) -> Result<SavedBranches, Error> {
-    let refused = |reason| refusal(path, BranchPlaceError::NotBranches { reason });
-    let text = read(path)?;
-    match kind_of(&text).map_err(refused)? {
+/// Parses a branch document.
+fn branches(text: &str) -> Result<SavedBranches, BranchPlaceError> {
+    let refused = |reason| BranchPlaceError::NotBranches { reason };
+    match kind_of(text).map_err(refused)? {
         DocumentKind::Branch => {
-            serde_json::from_str(&text).map_err(|error| refused(error.to_string()))
+            serde_json::from_str(text).map_err(|error| refused(error.to_string()))
         }
         other => Err(refused(format!("it is a document of kind {other:?}"))),
     }

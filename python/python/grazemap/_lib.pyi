@@ -63,6 +63,9 @@ class Scene:
     @staticmethod
     def catalogue_text(name: str) -> str | None: ...
     def graze(self) -> Graze: ...
+    def at_graze(
+        self, document: str, name: str | PathLike[str], number: int
+    ) -> tuple[Scene, _Overrides]: ...
 
 class Graze:
     scene: Scene

@@ -17,7 +17,7 @@ from ._errors import InputError
 from ._model import Model
 from ._names import older
 from ._remarks import warn
-from ._table import Table
+from ._table import Branch, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -371,6 +371,52 @@ class Scene(_Value):
 
         """
         return self._grazed
+
+    def at_graze(self, branch: Branch | str | PathLike[str], number: int) -> Scene:
+        """Give the scene whose grazing orbit is that of a special point of a branch.
+
+        Parameters
+        ----------
+        branch
+            Branches of this scene, or the path of their JSON document.
+        number
+            Number of the special point, a graze, as the program counts: ``branch.special`` holds
+            number 1 first.
+
+        Returns
+        -------
+        Scene
+            Scene with the parameters of the point, the stop that its orbit grazes, the stops that
+            it hits, and a guess of its state.
+
+        Raises
+        ------
+        InputError
+            Branches of another scene, or a point that is no graze of one passage.
+        NoResultError
+            The orbit of the point cannot be followed to its graze.
+
+        Examples
+        --------
+        >>> import grazemap as gm
+        >>> text = gm.Scene.catalogue("two_sided").text.replace('hits = "left"', "")
+        >>> scene = gm.Scene.parse(text)
+        >>> round(scene.graze().parameters["dr"], 9)
+        2.711630723
+        >>> found = scene.branch("dr", (-1, -0.8), period=2, method="direct")
+        >>> found.special[0]["label"]
+        'GR'
+        >>> round(scene.at_graze(found, 1).graze().parameters["dr"], 9)
+        1.805712937
+
+        """
+        if isinstance(branch, Branch):
+            text, name = branch._text, Path("branch")
+        else:
+            name = Path(branch)
+            text = name.read_text(encoding="utf-8")
+        inner, _ = self._inner.at_graze(text, name, _check.count("number", number, 1))
+        return Scene._of(inner)
 
     def map(self) -> Map:
         """Expand the local map of the grazing orbit: ``scene.graze().map()``."""
