@@ -745,14 +745,14 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     fn report(&self, log: &Log<S>, outcome: ReturnOutcome<S>) -> Return<S> {
-        let speeds = self.itinerary.speeds(log, self.duration.to_f64());
+        let mut passages = self.itinerary.speeds(log, self.duration.to_f64());
         let hits = log.hits(self.simulator.system().surfaces());
-        let met = speeds.iter().flatten().count();
+        let met = passages.iter().flatten().count();
         let all: usize = hits.iter().sum();
-        let named = || speeds.iter().zip(self.itinerary.hits());
-        let missed = named().filter(|(speed, hit)| *hit && speed.is_none()).count();
-        let grazes = named().filter(|(_, hit)| !hit);
-        let passages: Vec<Option<S>> = grazes.map(|(&speed, _)| speed).collect();
+        let named = passages.iter().zip(self.itinerary.hits());
+        let missed = named.filter(|(speed, hit)| *hit && speed.is_none()).count();
+        let mut is_hit = self.itinerary.hits();
+        passages.retain(|_| is_hit.next() != Some(true));
         let contacts = passages.iter().flatten().count();
         Return {
             state: self.simulator.state_after_advance(self.periods),

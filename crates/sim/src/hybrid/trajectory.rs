@@ -395,6 +395,9 @@ impl Itinerary {
     /// return. Among the events of a passage, contacts and near misses alike, the nearest one
     /// decides whether it made contact. The flight itself determines the section's own passage.
     pub(super) fn speeds<S: Real>(&self, log: &Log<S>, duration: f64) -> Vec<Option<S>> {
+        if self.starts_at_passage && self.passages.len() == 1 {
+            return vec![log.own];
+        }
         let mut nearest: Vec<Option<(f64, Option<S>)>> = vec![None; self.passages.len()];
         for event in &log.events {
             let share = event.time.to_f64() / duration;
