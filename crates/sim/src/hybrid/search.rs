@@ -130,7 +130,8 @@ pub(super) fn search_scalar<S: Real>(
 /// the search are passed to `log`, in order of time.
 ///
 /// A gap that fell before the step and does not fall at its start has its minimum there, between
-/// two steps and inside neither. A concave gap has its maximum there: it fell, or rises, by rounding.
+/// two steps and inside neither. A concave gap has its maximum there: it fell, or rises, by
+/// rounding.
 #[inline(always)]
 pub(super) fn search<S: Branched>(
     points: &mut StationaryPoints<S::Rounded>,
