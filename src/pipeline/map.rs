@@ -114,10 +114,10 @@ impl Settled {
     /// orders, even if contacts have no expansion.
     ///
     /// ```
-    /// use grazemap::model::Method;
+    /// use grazemap::model::{Method, catalogue};
     /// use grazemap::prelude::*;
     ///
-    /// let text = std::fs::read_to_string("scenes/linear.toml")?;
+    /// let text = catalogue::text("linear").expect("in the catalogue");
     /// let text = text.replace("v = \"-r*v\"", "v = \"-r*v/(1 + v^0.25)\"");
     /// let settled = Scene::parse(&text, "viscoelastic.toml")?.graze()?.settle()?;
     /// assert!(settled.clone().plan()?.expand().is_err());

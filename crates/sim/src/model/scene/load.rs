@@ -38,7 +38,7 @@ impl Scene {
     /// Reads and checks a scene. `file_name` appears in messages and determines the identifier.
     ///
     /// ```
-    /// use grazemap_sim::model::Scene;
+    /// use grazemap_sim::model::{Scene, catalogue};
     ///
     /// let source = catalogue::text("linear").expect("the catalogue holds it");
     /// let scene = Scene::parse(source, "linear.toml")?;
