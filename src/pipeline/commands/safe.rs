@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
-use crate::analysis::{PartProgress, Progress};
+use crate::analysis::diagram::Sweep;
+use crate::analysis::{PartProgress, Progress, SubProgress};
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
 use crate::orbit::{Location, MarginOutcome, locate, margin, watched_margin};
@@ -18,6 +19,10 @@ use crate::report::{
     AttractorEnd, Document, DocumentKind, Named, OtherAttractor, SafeInterval, SafetyListing,
     ToleranceBox, to_json,
 };
+
+/// Starts simulated together: a bound on what they take of memory, and on what an interruption
+/// still frees.
+const BLOCK: usize = 1024;
 
 /// Starts along each axis of the plane where none are named.
 const STARTS: u32 = 16;
@@ -282,9 +287,11 @@ fn attractors(
             (0..points).map(|number| (*name, place(number))).collect()
         })
         .collect();
-    let starts: Vec<Vec<(&str, f64)>> = match &places[..] {
-        [one, other] => one.iter().flat_map(|a| other.iter().map(|b| vec![*a, *b])).collect(),
-        _ => places.concat().into_iter().map(|a| vec![a]).collect(),
+    let count = points.pow(places.len() as u32);
+    let start = |number: usize| -> Vec<(&str, f64)> {
+        let later = (0..places.len() as u32).rev();
+        let axes = places.iter().zip(later);
+        axes.map(|(axis, later)| axis[number / points.pow(later) % points]).collect()
     };
     let components = &map.orbit().section.coordinates;
     let full = |start: &Vec<(&str, f64)>| {
@@ -294,46 +301,32 @@ fn attractors(
         }
         state
     };
-    let request = DiagramRequest {
+    let mut request = DiagramRequest {
         parameter: adjusted,
         range: [offset; 2],
         points: 1,
         spacing: Spacing::Listed(vec![offset]),
-        starts: Starts::Given(starts.iter().map(full).collect()),
+        starts: Starts::Given(Vec::new()),
         transient: TRANSIENT,
         keep: KEPT,
         observe: Observable::ImpactSpeed,
         direction: SweepDirection::Up,
         with: vec![Method::Direct],
     };
-    let diagram = map.diagram_with(&request, &simulated)?;
-    drop(simulated);
     let mut found: Vec<OtherAttractor> = Vec::new();
-    for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
-        let Some(point) = sweep.points.first().filter(|point| point.kept == KEPT) else {
-            continue;
-        };
-        let speed = point.values.iter().copied().filter(|speed| speed.is_finite());
-        let speed = speed.reduce(f64::max).filter(|speed| *speed > 0.0);
-        let orbit = point.orbit.as_ref().map(ToString::to_string);
-        let is_same = |other: &OtherAttractor| {
-            let speeds = [speed, other.impact_speed].map(Option::unwrap_or_default);
-            let apart = (speeds[0] - speeds[1]).abs();
-            // Attractors without a period are told apart by nothing that is sharp.
-            other.orbit == orbit && (orbit.is_none() || apart <= SAME_SPEED * (1.0 + speeds[0]))
-        };
-        match found.iter_mut().find(|other| is_same(other)) {
-            Some(known) => known.fraction += 1.0 / starts.len() as f64,
-            None => found.push(OtherAttractor {
-                orbit,
-                fraction: 1.0 / starts.len() as f64,
-                impact_speed: speed,
-                start: Named::new(start.iter().copied()),
-                from: None,
-                to: None,
-            }),
+    simulated.expect(count as u64);
+    let blocks = (0..count).step_by(BLOCK).map(|first| first..count.min(first + BLOCK));
+    for (number, block) in blocks.enumerate() {
+        let starts: Vec<_> = block.map(start).collect();
+        request.starts = Starts::Given(starts.iter().map(full).collect());
+        let own = PartProgress::new(&simulated, starts.len() as u64);
+        let diagram = map.diagram_with(&request, &SubProgress::new(&own, number))?;
+        let share = 1.0 / count as f64;
+        for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
+            enter(&mut found, sweep, start, share);
         }
     }
+    drop(simulated);
     found.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
     let periodic = found.iter_mut().filter(|attractor| attractor.orbit.is_some()).take(FOLLOWED);
     let periodic: Vec<&mut OtherAttractor> = periodic.collect();
@@ -348,6 +341,34 @@ fn attractors(
         }
     }
     Ok(found)
+}
+
+/// Counts the attractor on which a sweep settled from a start, with its share of all starts. A sweep
+/// that did not settle counts for none.
+fn enter(found: &mut Vec<OtherAttractor>, sweep: &Sweep, start: &[(&str, f64)], share: f64) {
+    let Some(point) = sweep.points.first().filter(|point| point.kept == KEPT) else {
+        return;
+    };
+    let speed = point.values.iter().copied().filter(|speed| speed.is_finite());
+    let speed = speed.reduce(f64::max).filter(|speed| *speed > 0.0);
+    let orbit = point.orbit.as_ref().map(ToString::to_string);
+    let is_same = |other: &OtherAttractor| {
+        let speeds = [speed, other.impact_speed].map(Option::unwrap_or_default);
+        let apart = (speeds[0] - speeds[1]).abs();
+        // Attractors without a period are told apart by nothing that is sharp.
+        other.orbit == orbit && (orbit.is_none() || apart <= SAME_SPEED * (1.0 + speeds[0]))
+    };
+    match found.iter_mut().find(|other| is_same(other)) {
+        Some(known) => known.fraction += share,
+        None => found.push(OtherAttractor {
+            orbit,
+            fraction: share,
+            impact_speed: speed,
+            start: Named::new(start.iter().copied()),
+            from: None,
+            to: None,
+        }),
+    }
 }
 
 /// Request for the branch through an attractor at an offset of the parameter `along`: as far as the
