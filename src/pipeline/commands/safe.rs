@@ -343,8 +343,8 @@ fn attractors(
     Ok(found)
 }
 
-/// Counts the attractor on which a sweep settled from a start, with its share of all starts. A sweep
-/// that did not settle counts for none.
+/// Counts the attractor on which a sweep settled from a start, with its share of all starts. A
+/// sweep that did not settle counts for none.
 fn enter(found: &mut Vec<OtherAttractor>, sweep: &Sweep, start: &[(&str, f64)], share: f64) {
     let Some(point) = sweep.points.first().filter(|point| point.kept == KEPT) else {
         return;
