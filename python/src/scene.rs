@@ -97,19 +97,18 @@ impl Scene {
         compute(py, None, move |_| scene.graze()).map(Graze)
     }
 
-    /// Scene whose grazing orbit is that of a special point of a branch document, and the keys that
-    /// lead there.
+    /// Scene whose grazing orbit is that of a special point of a branch document.
     fn at_graze(
         &self,
         py: Python<'_>,
         document: String,
         name: PathBuf,
         number: usize,
-    ) -> PyResult<(Self, Overrides)> {
+    ) -> PyResult<Self> {
         let source = Source::Scene(Box::new(self.0.clone()));
         let place = BranchPlace { path: name, number };
         let search = compute(py, None, move |_| source.at_graze_of(&document, &place))?;
-        Ok((Self(search.scene), search.changes))
+        Ok(Self(search.scene))
     }
 }
 

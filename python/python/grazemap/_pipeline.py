@@ -415,8 +415,8 @@ class Scene(_Value):
         else:
             name = Path(branch)
             text = name.read_text(encoding="utf-8")
-        inner, _ = self._inner.at_graze(text, name, _check.count("number", number, 1))
-        return Scene._of(inner)
+        number = _check.count("number", number, 1)
+        return Scene._of(self._inner.at_graze(text, name, number))
 
     def map(self) -> Map:
         """Expand the local map of the grazing orbit: ``scene.graze().map()``."""

@@ -50,14 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Scenes of these files, or the whole catalogue.
 fn scenes(files: Vec<String>) -> Result<Vec<Scene>, SceneError> {
     match files.is_empty() {
-        true => catalogue::names().map(of_catalogue).collect(),
+        true => catalogue::names().map(Scene::of_catalogue).collect(),
         false => files.iter().map(Scene::load).collect(),
     }
-}
-
-/// Scene of the catalogue.
-fn of_catalogue(name: &str) -> Result<Scene, SceneError> {
-    Scene::of_catalogue(name)
 }
 
 fn agree(values: usize, files: Vec<String>) -> Result<(), Box<dyn Error>> {

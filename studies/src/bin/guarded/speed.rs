@@ -20,8 +20,6 @@ use grazemap::model::{Observable, SweepDirection, even_offsets};
 use grazemap::prelude::*;
 use grazemap::report::{Cell, Column, Table};
 
-use crate::of_catalogue;
-
 /// Scenes of the catalogue whose orbits stay on one side of the graze: one rigid stop with an
 /// affine flow, with another flow, and between two bodies; one and two compliant stops.
 const SCENES: [&str; 6] =
@@ -47,7 +45,7 @@ pub(crate) fn table() -> Result<Table, Box<dyn Error>> {
         Column::number("direct over guarded"),
     ]);
     for name in SCENES {
-        rows(&of_catalogue(name)?.graze()?.map()?, &mut table)?;
+        rows(&Scene::of_catalogue(name)?.graze()?.map()?, &mut table)?;
     }
     Ok(table)
 }
