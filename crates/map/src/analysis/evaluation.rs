@@ -31,13 +31,19 @@ enum StageOf<S: Real> {
 #[derive(Clone, Debug)]
 pub struct DepthEvaluation<S: Real> {
     until_last: MapEvaluation<S>,
+    passages: usize,
 }
 
 impl<S: Real> DepthEvaluation<S> {
     /// Depths of a section point, in the order in which the passages are met; arguments are
     /// offsets.
     pub fn at(&self, offsets: &[S], parameters: &[S]) -> Vec<S> {
-        self.until_last.image(offsets, parameters).depths
+        // Nothing depends on the image of the last contact.
+        let image = self.until_last.image_with(offsets, parameters, |arrival| {
+            let before_last = arrival.passage + 1 < self.passages;
+            (before_last && arrival.depth > S::zero()).then(|| arrival.depth.sqrt())
+        });
+        image.depths
     }
 }
 
@@ -144,7 +150,7 @@ impl<S: Real> MapEvaluation<S> {
         if !map.has_contacts() {
             until_last.ignore_contacts();
         }
-        DepthEvaluation { until_last }
+        DepthEvaluation { until_last, passages: map.passages() }
     }
 
     /// Sets all corrections of contacts to zero.

@@ -11,12 +11,12 @@
 mod plan;
 mod smooth;
 
-use std::marker::PhantomData;
+use std::sync::Arc;
 
 use num_traits::{One, Zero};
 use serde::{Deserialize, Serialize};
 
-use crate::jet::Jet;
+use crate::jet::{Jet, JetSpace};
 use crate::numeric::{Real, Scalar};
 
 pub use plan::{FlightWindow, flown_contact};
@@ -257,14 +257,41 @@ pub trait Arithmetic {
     fn polynomial(&mut self, jet: &Jet<Self::Scalar>, point: &[Self::Value]) -> Self::Value;
 }
 
-/// Arithmetic of plain numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct Numbers<S>(PhantomData<S>);
+/// Arithmetic of plain numbers. Polynomials of one space at one point share the monomials.
+#[derive(Clone, Debug)]
+pub struct Numbers<S> {
+    known: Vec<KnownMonomials<S>>,
+}
+
+/// Monomials of a space at the last point of its polynomials.
+#[derive(Clone, Debug)]
+struct KnownMonomials<S> {
+    space: Arc<JetSpace>,
+    point: Vec<S>,
+    values: Vec<S>,
+}
 
 impl<S: Real> Numbers<S> {
     /// Arithmetic of plain numbers.
     pub fn new() -> Self {
-        Self(PhantomData)
+        Self { known: Vec::new() }
+    }
+
+    /// Monomials of a space at a point.
+    fn monomials(&mut self, space: &Arc<JetSpace>, point: &[S]) -> &[S] {
+        let known = self.known.iter().position(|known| Arc::ptr_eq(&known.space, space));
+        let place = known.unwrap_or_else(|| {
+            let (point, values) = (Vec::new(), Vec::new());
+            self.known.push(KnownMonomials { space: Arc::clone(space), point, values });
+            self.known.len() - 1
+        });
+        let known = &mut self.known[place];
+        if known.point != point {
+            known.point.clear();
+            known.point.extend_from_slice(point);
+            space.monomials_at(point, &mut known.values);
+        }
+        &known.values
     }
 }
 
@@ -307,7 +334,7 @@ impl<S: Real> Arithmetic for Numbers<S> {
     }
 
     fn polynomial(&mut self, jet: &Jet<S>, point: &[S]) -> S {
-        jet.evaluate(point)
+        jet.evaluate_on(self.monomials(jet.space(), point))
     }
 }
 
