@@ -14,8 +14,9 @@ use grazemap::model::{
 };
 use grazemap::numeric::Dd;
 use grazemap::orbit::GrazingOrbit;
+use grazemap::prelude::FindGraze;
 
-use crate::support::scenes::{orbit, scene_with};
+use crate::support::scenes::{orbit, parsed, scene_with};
 use crate::{UNUSED, exact};
 
 fn of_any_section(name: &str, tolerance: &str) -> Scene {
@@ -197,4 +198,56 @@ fn a_tolerance_set_takes_the_place_of_orders_and_orders_that_of_a_tolerance() {
     // The weight that is not named is the default.
     let orders = Orders::Fixed(MapOrders::new(4, 6));
     assert_eq!(back.expansion.orders, orders);
+}
+
+/// Orbits of several forcing periods, in which the graze is not in the period after any phase.
+#[test]
+fn an_orbit_of_several_forcing_periods_has_a_map_at_every_phase() {
+    let text = |flow: &str, periods: usize, guess: &str, phase: f64| {
+        format!(
+            r#"
+[model]
+name = "subharmonic"
+states = ["x", "v"]
+parameters = {{ r = 0.8, w = 1.0, f = 1.0 }}
+phase = {{ name = "theta", rate = "{}", period = "2*pi" }}
+[model.flow]
+x = "v"
+v = "{flow}"
+[[model.surface]]
+name = "stop"
+event = "w - x"
+impact = {{ v = "-r*v" }}
+[grazing]
+solve_for = "w"
+periods = {periods}
+guess = {{ {guess} }}
+[section]
+kind = "stroboscopic"
+phase = "{phase}"
+[expansion]
+active = ["w"]
+smooth_order = 3
+contact_weight = 4
+"#,
+            if periods == 2 { "2.2" } else { "4.2" }
+        )
+    };
+    let twice = ("-0.1*v - (1 + 0.5*f*cos(theta))*x - 0.3*x^3", "x = 1.0, v = 0.0, theta = 3.0");
+    let thrice = ("f*cos(theta) - 0.02*v - x - x^3", "x = 1.2, v = 0.0, theta = 0.0");
+    for (periods, (flow, guess)) in [(2, twice), (3, thrice)] {
+        for phase in [0.0, 1.0, 3.0, 5.0] {
+            let scene =
+                parsed::<&str, &str>(&text(flow, periods, guess, phase), "subharmonic", &[]);
+            let map = scene.graze().and_then(|graze| graze.map());
+            let map = map.unwrap_or_else(|error| panic!("{periods} {phase}: {error}"));
+            let errors = &map.window().errors;
+            let small = |error: Option<f64>| error.is_some_and(|error| error < 1e-7);
+            assert!(errors.iter().all(|own| small(own.error)), "{periods} {phase}: {errors:?}");
+            // The orbit itself, by direct simulation.
+            let image = map.simulate(&[0.0, 0.0], &[0.0]).expect("good input");
+            assert_eq!(image.end, DirectEnd::Returned);
+            assert!(image.offsets.iter().all(|offset| offset.abs() < 1e-11), "{image:?}");
+        }
+    }
 }

@@ -26,10 +26,11 @@ pub(super) fn full_monodromy<S: Real>(
     Ok(jacobian)
 }
 
-/// Full state at the section point of the orbit through `graze`, by the flow from the graze to
-/// the section's phase.
+/// Full state at the section point of the orbit through `graze`: the last point at the section's
+/// phase before the next graze, by the flow from the graze. One period has `periods` of the
+/// forcing.
 pub(super) fn section_point(
-    model: &Model,
+    (model, periods): (&Model, usize),
     flow: &PiecewiseFlow,
     geometry: &Geometry,
     section: &PoincareSection,
@@ -46,7 +47,8 @@ pub(super) fn section_point(
     if advance == Dd::ZERO {
         return Ok(graze.state.clone());
     }
-    let mut state = flow.flow(&graze.state, &graze.parameters, advance / rate)?;
+    let all = advance + clock.period * Dd::from(periods as f64 - 1.0);
+    let mut state = flow.flow(&graze.state, &graze.parameters, all / rate)?;
     state[last] = phase;
     Ok(state)
 }

@@ -305,7 +305,8 @@ pub(super) fn describe(
     let graze = &passages[0];
     let geometry = system.geometry(0);
     let section = graze.section.clone();
-    let point = section_point(&scene.model, &system.flow, geometry, &section, graze)?;
+    let forced = (&scene.model, scene.grazing.periods);
+    let point = section_point(forced, &system.flow, geometry, &section, graze)?;
     let monodromy = if point == graze.state {
         on_section(&round(&legs), &section, &geometry.at(&point, &parameters))
     } else {
