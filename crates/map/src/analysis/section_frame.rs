@@ -421,12 +421,19 @@ pub(super) fn resolved_widths(scene: &Scene, orbit: &GrazingOrbit, map: &LocalMa
 /// Smallest half-width relative to the size of a coordinate: 1e-8 of it equals 40 roundings.
 const RESOLVED: f64 = 1e-6;
 
-/// Difference of the largest and the smallest value of every coordinate along the grazing orbit.
+/// Difference of the largest and the smallest value of every coordinate along the grazing orbit;
+/// 0 for an orbit at rest, which varies by rounding alone.
 pub(super) fn extents(scene: &Scene, orbit: &GrazingOrbit) -> Vec<f64> {
     let samples = orbit_samples(scene, orbit);
-    let coordinates = orbit.section.coordinates.iter();
-    coordinates.map(|&component| extent(&samples, component)).collect()
+    let coordinates = &orbit.section.coordinates;
+    let values = samples.iter().flat_map(|sample| coordinates.iter().map(|&at| sample[at].abs()));
+    let largest = values.fold(0.0, f64::max);
+    let resolved = |extent: f64| if extent > AT_REST * largest { extent } else { 0.0 };
+    coordinates.iter().map(|&component| resolved(extent(&samples, component))).collect()
 }
+
+/// Largest extent, relative to the largest coordinate, that may be due to rounding.
+const AT_REST: f64 = 1e-13;
 
 /// Difference of the largest and the smallest value of a component of full states.
 pub(super) fn extent(samples: &[Vec<f64>], component: usize) -> f64 {
