@@ -232,13 +232,14 @@ impl BranchListing {
         let mut words = String::new();
         let name = &self.along;
         for branch in &self.branches {
-            let intervals: Vec<String> = self
+            let mut intervals: Vec<String> = self
                 .stable_intervals(branch)
                 .map(|ends| match ends {
                     [from, to] if from == to => format!("at {name} = {from}"),
                     [from, to] => format!("from {name} = {from} to {to}"),
                 })
                 .collect();
+            intervals.dedup();
             if !intervals.is_empty() {
                 let (number, itinerary) = (branch.branch, &branch.itinerary);
                 let intervals = intervals.join(", ");
@@ -326,7 +327,7 @@ impl BranchListing {
         let why = match end {
             BranchEnd::Reach => "is as far from the graze as it is followed",
             BranchEnd::StepTooSmall => {
-                "has no step short enough, as where it loses a section point"
+                "has no step short enough, as at a further graze or a lost section point,"
             }
             BranchEnd::SectionPoint => "loses a point of the tangency section, where h'' = 0,",
             BranchEnd::StepLimit => "has taken the most steps",
@@ -335,12 +336,10 @@ impl BranchListing {
         };
         let point = branch.points.get(place).filter(|point| point.orbit.physical)?;
         let goes_on = |other: &BranchRecord| {
-            let first = other.points.first().map(|first| &first.orbit);
-            other.ends[0] == BranchEnd::Continued
+            let steps = other.points.windows(2);
+            other.branch != branch.branch
                 && other.itinerary == branch.itinerary
-                && first.is_some_and(|first| {
-                    first.parameters == point.orbit.parameters && first.state == point.orbit.state
-                })
+                && steps.into_iter().any(|step| self.is_beside(&point.orbit, step))
         };
         if self.branches.iter().any(goes_on) {
             return None;
@@ -355,6 +354,24 @@ impl BranchListing {
     fn points(&self) -> impl Iterator<Item = (&BranchRecord, &PointRecord)> {
         let branches = self.branches.iter();
         branches.flat_map(|branch| branch.points.iter().map(move |point| (branch, point)))
+    }
+
+    /// Whether parameter and state of an orbit are no farther from those of a step of a branch than
+    /// the step is long.
+    fn is_beside(&self, orbit: &OrbitRecord, step: &[PointRecord]) -> bool {
+        let at = |orbit: &OrbitRecord| -> Vec<f64> {
+            let state = orbit.state.0.iter().map(|(_, value)| *value);
+            once(self.along(orbit).0).chain(state).collect()
+        };
+        let ends: Vec<Vec<f64>> = step.iter().map(|point| at(&point.orbit)).collect();
+        at(orbit).iter().enumerate().all(|(place, value)| {
+            let values = || ends.iter().map(|end| end[place]);
+            let low = values().fold(f64::INFINITY, f64::min);
+            let high = values().fold(f64::NEG_INFINITY, f64::max);
+            // A component that does not vary differs by rounding.
+            let length = high - low + 1e-9 * (low.abs() + high.abs());
+            (low - length..=high + length).contains(value)
+        })
     }
 
     /// Offset and value of the parameter that varies.

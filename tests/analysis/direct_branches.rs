@@ -3,9 +3,11 @@
 
 use std::f64::consts::TAU;
 
-use grazemap::analysis::NoProgress;
-use grazemap::analysis::branches::{BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches};
+use grazemap::analysis::branches::{
+    Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches,
+};
 use grazemap::analysis::periodic::{ContactItinerary, FoundOrbit};
+use grazemap::analysis::{NoProgress, escape_bounds};
 use grazemap::numeric::Dd;
 use grazemap::pipeline::{SafeKeys, Source};
 use grazemap::prelude::{FindGraze, Map, Scene};
@@ -19,6 +21,11 @@ use crate::support::scenes::{outside_text, parsed, scene_with};
 /// A scene that came from outside.
 fn outside(name: &str, set: &[(&str, &str)]) -> Scene {
     parsed(&outside_text(name), name, set)
+}
+
+/// A scene of a test.
+fn scene_of(text: &str) -> Scene {
+    parsed::<&str, &str>(text, "test", &[])
 }
 
 fn map_of(scene: Scene) -> Map {
@@ -431,5 +438,178 @@ fn safety_tells_from_which_fold_an_attractor_exists() {
         .collect();
     for name in ["safe.svg", "safe.html", "safe_attractors.csv"] {
         assert!(names.iter().any(|found| found == name), "{names:?}");
+    }
+}
+
+/// A cantilever that is drawn to the sample it taps: behind the sample the free flight is drawn
+/// further, so that no gap has a minimum there.
+const TAPPING: &str = r#"
+[model]
+name = "tapping cantilever"
+states = ["x", "v"]
+parameters = { c = 0.05, d = 1.0, r = 0.8, A = 0.5, w = 1.2, H = 0.002, a = 0.1 }
+
+[model.phase]
+name = "theta"
+rate = "w"
+period = "2*pi"
+
+[model.flow]
+x = "v"
+v = "-(x - d) - c*v + A*cos(theta) - H/(x + a)^2"
+
+[[model.surface]]
+name = "sample"
+event = "x"
+impact = { v = "-r*v" }
+
+[grazing]
+surface = "sample"
+solve_for = "A"
+
+[section]
+kind = "stroboscopic"
+phase = "0"
+
+[expansion]
+active = ["A"]
+smooth_order = 3
+contact_weight = 4
+"#;
+
+/// Orbits whose contact is so deep that they have no variable of the passage.
+#[test]
+fn a_branch_goes_on_where_the_flight_behind_the_stop_does_not_turn() {
+    let map = map_of(scene_of(TAPPING));
+    let (grazing, range) = (map.parameter("A").expect("a parameter"), [-0.02, 0.1]);
+    let found = branches(&map, &["1"], range, true);
+    let is_stable = |point: &&BranchPoint| point.orbit.stable && point.orbit.contacts.len() == 1;
+    let stable: Vec<&FoundOrbit> =
+        points(&found).filter(is_stable).map(|point| &point.orbit).collect();
+    let offsets = stable.iter().map(|orbit| orbit.parameters[0]);
+    let reached = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], offset| {
+        [low.min(offset), high.max(offset)]
+    });
+    assert_eq!(reached, range);
+    let point: Vec<f64> = map.orbit().section_point.iter().map(|x| x.to_f64()).collect();
+    for orbit in stable.iter().step_by(stable.len() / 3) {
+        let force = grazing + orbit.parameters[0];
+        let oscillator = independent::Oscillator::read(TAPPING, &[("A", force)]).expect("a scene");
+        let after = |moved: [f64; 2]| {
+            let mut simulator = Simulator::<f64>::new(&oscillator, &oscillator.values(), 0.05);
+            let start = [0, 1].map(|n| point[n] + orbit.states[0][n] + moved[n]);
+            simulator.place(&[start[0], start[1], 0.0]);
+            let happened = simulator.advance(TAU / 1.2).expect("a period");
+            let speeds: Vec<f64> = happened.iter().filter_map(|event| event.kind.speed()).collect();
+            (start, [simulator.state[0], simulator.state[1]], speeds)
+        };
+        let (start, end, speeds) = after([0.0; 2]);
+        assert_eq!(speeds.len(), 1);
+        let errors = [speeds[0] - orbit.contacts[0].speed, end[0] - start[0], end[1] - start[1]];
+        assert!(errors.iter().all(|error| error.abs() < 1e-9), "{errors:?}");
+        let step = 1e-5;
+        let column = |direction: [f64; 2]| {
+            let [up, down] = [step, -step].map(|by| after(direction.map(|part| part * by)).1);
+            [0, 1].map(|n| (up[n] - down[n]) / (2.0 * step))
+        };
+        let ([a, c], [b, d]) = (column([1.0, 0.0]), column([0.0, 1.0]));
+        let trace: f64 = orbit.multipliers.iter().map(|[re, _]| re).sum();
+        let errors = [trace - (a + d), determinant(orbit) - (a * d - b * c)];
+        assert!(errors.iter().all(|error| error.abs() < 1e-6), "{errors:?} {orbit:?}");
+    }
+}
+
+/// The branch from a graze to contacts of that depth has two pieces: with the variable of the
+/// passage, and without it.
+#[test]
+fn branches_with_and_without_the_variable_of_a_passage_overlap() {
+    let map = map_of(scene_of(TAPPING));
+    let found = branches(&map, &["1"], [-0.4, 0.1], true);
+    assert_eq!(labelled(&found, BranchLabel::SaddleNode).len(), 1);
+    let [with, without]: [&Branch; 2] = [&found.branches[0], &found.branches[1]];
+    let speed = |point: &BranchPoint| point.orbit.contacts[0].speed.abs();
+    let slowest = |branch: &Branch| branch.points.iter().map(speed).fold(f64::INFINITY, f64::min);
+    let fastest = |branch: &Branch| branch.points.iter().map(speed).fold(0.0, f64::max);
+    assert!(slowest(with) < 1e-12 && fastest(without) > 1.0);
+    assert!(slowest(without) < fastest(with) && slowest(without) > 0.5 * fastest(with));
+    assert!(without.ends.contains(&BranchEnd::Continued), "{:?}", without.ends);
+}
+
+/// An oscillator so slow that an orbit forgets its past in every period: contacts that begin on the
+/// way hardly move its section point, and each is a graze.
+#[test]
+fn grazes_of_contacts_that_begin_one_by_one_are_labelled() {
+    let text = r#"
+[model]
+name = "slow oscillator"
+states = ["x", "v"]
+parameters = { z = 0.1, r = 0.8, f = 1.0, omega = 0.05 }
+phase = { name = "theta", rate = "omega", period = "2*pi" }
+[model.flow]
+x = "v"
+v = "f*cos(theta) - 2*z*v - x"
+[[model.surface]]
+name = "stop"
+event = "1 - x"
+impact = { v = "-r*v" }
+[grazing]
+solve_for = "f"
+[section]
+kind = "stroboscopic"
+phase = "3"
+[expansion]
+active = ["f"]
+smooth_order = 3
+contact_weight = 4
+"#;
+    let map = map_of(scene_of(text));
+    let found = branches(&map, &["1"], [0.0, 0.0101], true);
+    let grazing = map.parameter("f").expect("a parameter");
+    let values = labelled(&found, BranchLabel::Graze);
+    let values: Vec<f64> = values.iter().map(|orbit| grazing + orbit.parameters[0]).collect();
+    // Of the closed form of the free flight, hit by hit: where the second, third and fourth contact
+    // begin.
+    for exact in [1.0005871956, 1.0039210963, 1.0066907586] {
+        let nearest = values.iter().map(|value| (value - exact).abs()).fold(1.0, f64::min);
+        assert!(nearest < 2e-10, "{exact}: {values:?}");
+    }
+}
+
+/// A mass at rest on a spring above a table: the grazing orbit has no extent.
+#[test]
+fn an_orbit_at_rest_has_branches_and_no_bound_of_escape() {
+    let text = r#"
+[model]
+name = "mass at rest above a shaken table"
+states = ["x", "v"]
+parameters = { g = 1.0, r = 0.5, A = 1.2, k = 0.02, c = 0.05, h0 = 40.0 }
+phase = { name = "theta", rate = "1", period = "2*pi" }
+[model.flow]
+x = "v"
+v = "-g - c*v - k*(x - h0)"
+[[model.surface]]
+name = "table"
+event = "x - h0 + g/k + 3 - A*sin(theta)"
+impact = { v = "A*cos(theta) - r*(v - A*cos(theta))" }
+[grazing]
+solve_for = "A"
+[expansion]
+active = ["A"]
+smooth_order = 3
+contact_weight = 4
+"#;
+    let map = map_of(scene_of(text));
+    assert!((map.parameter("A").expect("a parameter") - 3.0).abs() < 1e-12);
+    let bounds = escape_bounds(map.scene(), map.orbit());
+    assert!(bounds.iter().all(|bound| bound.offset == f64::INFINITY), "{bounds:?}");
+    let found = branches(&map, &["0"], [-2.0, 0.0], true);
+    let free: Vec<&FoundOrbit> =
+        points(&found).map(|point| &point.orbit).filter(|orbit| orbit.stable).collect();
+    let lowest = free.iter().map(|orbit| orbit.parameters[0]).fold(0.0, f64::min);
+    assert_eq!(lowest, -2.0);
+    // The flow of the free mass over one period of the table.
+    let decay = (-0.05 * TAU).exp();
+    for orbit in free {
+        assert!((determinant(orbit) - decay).abs() < 1e-9, "{orbit:?}");
     }
 }

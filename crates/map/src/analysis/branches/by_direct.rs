@@ -8,7 +8,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::iter::once;
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::Extent;
@@ -23,15 +23,15 @@ use super::trace::{
     lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
-    ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, apart, between,
-    by_chords, corrected, moved, tangent_at, unit_vector,
+    ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
+    between, by_chords, corrected, moved, tangent_at, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
-    SectionMap, finite_or_one, window_scales,
+    SectionMap, SectionPoints, finite_or_one, window_scales,
 };
 use crate::analysis::progress::{NoProgress, PartProgress, Progress, resumed_if};
 use crate::analysis::work::Unfinished;
@@ -95,6 +95,10 @@ const FAR_AT_GRAZE: f64 = 1e-2;
 /// Step control along a branch: where an orbit loses a section point, derivatives fail before
 /// images do.
 const STEPS: StepControl = StepControl { unresolved: 8, ..StepControl::DEFAULT };
+
+/// Kinds of section points in the order in which they are tried.
+const ALL_POINTS: [SectionPoints; 3] =
+    [SectionPoints::Every, SectionPoints::AtContacts, SectionPoints::Plain];
 
 type DirectTrace = TracedBranch<DirectOrbit<f64>>;
 type DirectPoint = ContinuationPoint<f64, DirectOrbit<f64>>;
@@ -453,50 +457,85 @@ impl<'a> DirectBranches<'a> {
         orbits.collect()
     }
 
-    /// Equations in which a seed is followed, and its unknowns.
+    /// Section points in which the branch of a seed may be followed, in the order in which they are
+    /// tried: an orbit may lack a section point, or the gap of a passage.
+    fn choices(seed: &BranchSeed) -> &'static [SectionPoints] {
+        match seed.points {
+            SectionPoints::Every => &ALL_POINTS,
+            SectionPoints::AtContacts => &[SectionPoints::AtContacts],
+            SectionPoints::Plain => &[SectionPoints::Plain],
+        }
+    }
+
+    /// Equations in section points, and the unknowns of a seed; `None` if it lacks one.
     fn equations_at(
         &self,
         itinerary: &ContactItinerary,
         seed: &BranchSeed,
+        points: SectionPoints,
     ) -> Option<(DirectOrbitEquations<'a, f64>, Vec<f64>)> {
-        let parameters = self.request.parameters(seed.parameter);
-        let mut equations = self.equations(itinerary);
-        if !seed.at_contacts
-            && let Some(guess) = equations.unknowns(&seed.states, &parameters)
-        {
-            return Some((equations, guess));
-        }
-        // A return without contact may lack the local minimum of the gap that defines its section
-        // point.
-        let mut fewer = equations.at_contacts()?;
-        let guess = fewer.unknowns(&seed.states, &parameters)?;
-        Some((fewer, guess))
+        let mut equations = self.equations(itinerary).in_points(points)?;
+        let guess = equations.unknowns(&seed.states, &self.request.parameters(seed.parameter))?;
+        Some((equations, guess))
     }
 
-    /// Whether an orbit lies on a known branch, from any of its starting points. With `alike` only
-    /// branches in the same section points count.
+    /// Whether an orbit lies on a known branch, from any of its starting points. Branches in the
+    /// section points that `counts` accepts are looked at.
     fn is_known(
         &self,
         equations: &mut DirectOrbitEquations<'a, f64>,
-        unknowns: &[f64],
+        (unknowns, orbit): (&[f64], &DirectOrbit<f64>),
         traces: &[DirectTrace],
-        alike: bool,
+        counts: impl Fn(SectionPoints) -> bool,
     ) -> bool {
-        let fewer = |trace: &&DirectTrace| trace.points[0].unknowns.len() < unknowns.len();
-        let (at_contacts, others): (Vec<_>, Vec<_>) = traces.iter().partition(fewer);
-        let all = |trace: &&DirectTrace| trace.points[0].unknowns.len() == unknowns.len();
-        let others = others.into_iter().filter(|trace| !alike || all(trace));
-        if lies_on_one(equations, unknowns, others) {
-            return true;
+        let itinerary = equations.itinerary().clone();
+        ALL_POINTS.into_iter().any(|points| {
+            let same = points == orbit.points;
+            let in_points =
+                |trace: &&DirectTrace| trace.points[0].linearised.extra.points == points;
+            let mut others = traces.iter().filter(in_points).peekable();
+            if !counts(points) || others.peek().is_none() {
+                return false;
+            }
+            if same {
+                let lines = others.map(|trace| {
+                    trace.points.iter().map(|point| point.unknowns.clone()).collect::<Vec<_>>()
+                });
+                return lies_on_one(equations, unknowns, &lines.collect::<Vec<_>>());
+            }
+            // Both are compared in the points of the one that comes later among all.
+            let shared = ALL_POINTS.into_iter().rfind(|own| [points, orbit.points].contains(own));
+            let shared = shared.and_then(|own| self.equations(&itinerary).in_points(own));
+            let Some(mut shared) = shared else { return false };
+            let Some(start) = self.in_unknowns_of(&mut shared, unknowns, orbit) else {
+                return false;
+            };
+            let lines = others.map(|trace| {
+                let points = trace.points.iter();
+                let points = points.filter_map(|DirectPoint { unknowns, linearised, .. }| {
+                    self.in_unknowns_of(&mut shared, unknowns, &linearised.extra)
+                });
+                points.collect::<Vec<_>>()
+            });
+            let lines: Vec<_> = lines.collect();
+            lies_on_one(&mut shared, &start, &lines)
+        })
+    }
+
+    /// Unknowns of an orbit in the section points of equations that have fewer of them, or that
+    /// leave out the variables of passages; `None` if the orbit lacks one.
+    fn in_unknowns_of(
+        &self,
+        equations: &mut DirectOrbitEquations<'a, f64>,
+        unknowns: &[f64],
+        orbit: &DirectOrbit<f64>,
+    ) -> Option<Vec<f64>> {
+        if equations.points() != SectionPoints::Plain {
+            let all = unknowns.len() == equations.variables() + 1;
+            return Some(if all { unknowns.to_vec() } else { equations.own(unknowns) });
         }
-        if alike || at_contacts.is_empty() {
-            return false;
-        }
-        let Some(mut fewer) = self.equations(equations.itinerary()).at_contacts() else {
-            return false;
-        };
-        let own = fewer.own(unknowns);
-        lies_on_one(&mut fewer, &own, at_contacts.into_iter())
+        let parameter = unknowns[unknowns.len() - 1] * self.units.parameters[0];
+        equations.unknowns(&orbit.states, &self.request.parameters(parameter))
     }
 
     /// Passages with zero speed or gap at the end of a branch.
@@ -511,25 +550,33 @@ impl<'a> DirectBranches<'a> {
     }
 
     /// Seed that continues a branch in other section points: without those of returns without
-    /// contact, which may have lost theirs, or with them again.
+    /// contact, which may have lost theirs, without the variables of passages, which may have no
+    /// gap, or with both again.
     fn other_points(&self, seed: BranchSeed, point: &DirectPoint) -> Option<BranchSeed> {
         // The tangent at the end points in the direction in which the branch was followed.
         let outward = &point.tangent;
-        let mut every = self.equations(&seed.itinerary);
-        let fewer = every.clone().at_contacts()?;
-        if !seed.at_contacts {
+        let own = self.equations(&seed.itinerary);
+        let fewer = || own.clone().in_points(SectionPoints::AtContacts);
+        if seed.points == SectionPoints::Every
+            && let Some(fewer) = fewer()
+        {
             let way = SeedKind::On(fewer.own(outward));
-            return Some(BranchSeed { at_contacts: true, way, ..seed });
+            return Some(BranchSeed { points: SectionPoints::AtContacts, way, ..seed });
         }
+        let points = match seed.points {
+            SectionPoints::Every => SectionPoints::Plain,
+            SectionPoints::AtContacts | SectionPoints::Plain => SectionPoints::Every,
+        };
+        let mut other = own.in_points(points)?;
         let parameters = self.request.parameters(seed.parameter);
-        let states = every.every_point(&point.linearised.extra, &parameters)?;
-        let unknowns = every.unknowns(&states, &parameters)?;
-        let there = every.linearised(&unknowns)?;
+        let states = other.every_point(&point.linearised.extra, &parameters)?;
+        let unknowns = other.unknowns(&states, &parameters)?;
+        let there = other.linearised(&unknowns)?;
         let mut along = unit_vector(unknowns.len(), unknowns.len() - 1);
         let ahead = outward[outward.len() - 1];
         along.iter_mut().for_each(|value| *value *= ahead.signum());
         let way = SeedKind::On(tangent_at(&there.jacobian, &along)?);
-        Some(BranchSeed { at_contacts: false, states, way, ..seed })
+        Some(BranchSeed { points, states, way, ..seed })
     }
 
     /// Seeds that continue a branch with one more return without contact, in the section points of
@@ -539,7 +586,7 @@ impl<'a> DirectBranches<'a> {
         let (itinerary, orbit) = (&seed.itinerary, &point.linearised.extra);
         let returns = itinerary.returns();
         let begins = |number: usize| returns[number].contains(0);
-        if returns.len() >= self.request.longest || !begins(0) {
+        if !self.image.is_on_tangency() || returns.len() >= self.request.longest || !begins(0) {
             return Vec::new();
         }
         let size = self.units.state.len();
@@ -560,7 +607,7 @@ impl<'a> DirectBranches<'a> {
             BranchSeed {
                 itinerary,
                 states: rotated.iter().map(|(state, _)| (*state).clone()).collect(),
-                at_contacts: true,
+                points: SectionPoints::AtContacts,
                 way: SeedKind::On(way.collect()),
                 ..seed.clone()
             }
@@ -569,41 +616,74 @@ impl<'a> DirectBranches<'a> {
     }
 
     /// Graze between two points of a branch at which a contact outside the passages begins or ends,
-    /// by bisection. Applies where orbits depend smoothly enough on such contacts, as at a
-    /// compliant stop.
+    /// by bisection.
     fn graze_between(
         &self,
         itinerary: &ContactItinerary,
-        [from, to]: [&DirectPoint; 2],
+        points: [&DirectPoint; 2],
     ) -> Option<BranchPoint> {
-        let [before, after] = [from, to].map(|point| &point.linearised.extra);
-        if before.extra_contacts == after.extra_contacts {
+        let [from, to] = points.map(|point| point.linearised.extra.extra_contacts);
+        if from == to {
             return None;
         }
-        let mut equations = self.equations_with(itinerary, before);
-        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
-        let mut at = |share: f64| {
-            let start = moved(&from.unknowns, &chord, share);
-            // Derivatives by differences would mix both sides of the graze; those of the first
-            // point are used throughout.
-            by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
-                equations.flown_orbit(unknowns)
-            })
-        };
-        let (mut shares, mut found) = ([0.0, 1.0], None);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (shares[0] + shares[1]);
-            let there = at(middle)?;
-            shares[usize::from(there.1.extra_contacts != before.extra_contacts)] = middle;
-            found = Some(there);
-        }
+        let mut equations = self.equations_with(itinerary, &points[0].linearised.extra);
+        let found = self.graze_on_chord(&mut equations, points);
+        let found = found.or_else(|| self.graze_on_tangent(&mut equations, points));
         let (unknowns, extra, residual) = found?;
         let tangent = vec![0.0; unknowns.len()];
-        let linearised = Linearised { residual, extra, ..from.linearised.clone() };
+        let linearised = Linearised { residual, extra, ..points[0].linearised.clone() };
         let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
         let orbit = self.found(&equations, &point, true);
         let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
         Some(BranchPoint { orbit, special: Some(special) })
+    }
+
+    /// Orbit at such a graze, where orbits depend smoothly enough on the contact, as at a compliant
+    /// stop.
+    fn graze_on_chord(
+        &self,
+        equations: &mut DirectOrbitEquations<'a, f64>,
+        [from, to]: [&DirectPoint; 2],
+    ) -> Option<FlownOrbit> {
+        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
+        let contacts = from.linearised.extra.extra_contacts;
+        bisected(|share| {
+            let start = moved(&from.unknowns, &chord, share);
+            // Derivatives by differences would mix both sides of the graze; those of the first
+            // point are used throughout.
+            let found = by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
+                equations.flown_orbit(unknowns)
+            })?;
+            Some((found.1.extra_contacts != contacts, found))
+        })
+    }
+
+    /// Orbit at such a graze, from the side without the contact, on which orbits are smooth.
+    fn graze_on_tangent(
+        &self,
+        equations: &mut DirectOrbitEquations<'a, f64>,
+        points: [&DirectPoint; 2],
+    ) -> Option<FlownOrbit> {
+        let contacts = |point: &DirectPoint| point.linearised.extra.extra_contacts;
+        let [from, to] = match contacts(points[0]) < contacts(points[1]) {
+            true => points,
+            false => [points[1], points[0]],
+        };
+        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
+        let dot = |a: &[f64]| a.iter().zip(&chord).map(|(a, b)| a * b).sum::<f64>();
+        let ahead = dot(&chord) / dot(&from.tangent);
+        let mut last = None;
+        let closed = bisected(|share| {
+            let start = moved(&from.unknowns, &from.tangent, share * ahead);
+            let there = corrected(equations, &start, &start, &chord);
+            let there = there.filter(|(_, there)| there.extra.extra_contacts == contacts(from));
+            let beyond = there.is_none();
+            last = there
+                .map(|(unknowns, there)| (unknowns, there.extra, there.residual))
+                .or(last.take());
+            Some((beyond, ()))
+        });
+        closed.and(last)
     }
 
     /// Orbits of a branch at a value of the varied parameter, in double-double.
@@ -890,11 +970,8 @@ impl<'a> DirectBranches<'a> {
         point: &DirectPoint,
     ) -> Option<Vec<f64>> {
         let half = halved(itinerary);
-        let mut equations = self.equations(&half);
         let orbit = &point.linearised.extra;
-        if orbit.returns.len() < itinerary.period() {
-            equations = equations.at_contacts()?;
-        }
+        let mut equations = self.equations(&half).in_points(orbit.points)?;
         let variables = orbit.returns.len() / 2 * self.units.state.len();
         let mut unknowns = point.unknowns[..variables].to_vec();
         unknowns.push(*point.unknowns.last()?);
@@ -905,26 +982,30 @@ impl<'a> DirectBranches<'a> {
         Some(self.refined(&half, &point, 1)?.parameters)
     }
 
-    /// Branch through a seed, if it is not among those known. Rejects branches that consist of one
-    /// point.
+    /// Branch through a seed, if it is not among those known; it ends where it meets one of them
+    /// that has the variables of passages and this one has not, or the reverse. Rejects branches
+    /// that consist of one point.
     fn through(
         &self,
         equations: &mut DirectOrbitEquations<'a, f64>,
         guess: &[f64],
         seed: &BranchSeed,
         known: &[DirectTrace],
-    ) -> Option<DirectTrace> {
+    ) -> Result<DirectTrace, NoBranch> {
         equations.reach_beyond(guess);
         let is_repeated = DirectOrbitEquations::is_repeated;
         let start = match &seed.way {
             SeedKind::Doubled(direction) => {
-                first_doubled(equations, guess, direction, is_repeated)?.0
+                let first = first_doubled(equations, guess, direction, is_repeated);
+                first.ok_or(NoBranch::NoOrbit)?.0
             }
             SeedKind::Through | SeedKind::On(_) => {
-                let start = solved(equations, guess)?;
+                let start = solved(equations, guess).ok_or(NoBranch::NoOrbit)?;
                 let several = equations.rotations().nth(1).is_some();
-                let is_shorter = several && has_shorter_period(equations, &start, is_repeated);
-                (!is_shorter).then_some(start.0)?
+                if several && has_shorter_period(equations, &start, is_repeated) {
+                    return Err(NoBranch::OfAnother);
+                }
+                start.0
             }
         };
         let bounded = start.iter().enumerate().map(|(unknown, value)| {
@@ -932,23 +1013,36 @@ impl<'a> DirectBranches<'a> {
             let bounded = value.clamp(lower, upper);
             ((bounded - value).abs() <= AT_GRAZE).then_some(bounded)
         });
-        let start: Vec<f64> = bounded.collect::<Option<_>>()?;
-        let there = equations.linearised(&start)?;
+        let start: Vec<f64> = bounded.collect::<Option<_>>().ok_or(NoBranch::NoOrbit)?;
+        let there = equations.linearised(&start).ok_or(NoBranch::NoOrbit)?;
         let parameters = equations.parameters(&start);
         if equations.is_at_rest(&there.extra, &parameters) {
-            return None;
+            return Err(NoBranch::OfAnother);
         }
-        let goes_on = matches!(seed.way, SeedKind::On(_));
-        if self.is_known(equations, &start, known, goes_on) {
-            return None;
+        let (own, goes_on) = (equations.points(), matches!(seed.way, SeedKind::On(_)));
+        let alike = |points: SectionPoints| !goes_on || points == own;
+        if self.is_known(equations, (&start, &there.extra), known, alike) {
+            return Err(NoBranch::OfAnother);
         }
-        let trace = match &seed.way {
-            SeedKind::On(direction) => TracedBranch::onward(equations, &start, direction, &STEPS)?,
-            _ => TracedBranch::through(equations, &start, &STEPS)?,
+        let others = |points: SectionPoints| {
+            (points == SectionPoints::Plain) != (own == SectionPoints::Plain)
         };
+        let has_others = known.iter().any(|trace| others(trace.points[0].linearised.extra.points));
+        let meets = |equations: &DirectOrbitEquations<'a, f64>, point: &DirectPoint| {
+            let orbit = (&point.unknowns[..], &point.linearised.extra);
+            has_others && self.is_known(&mut equations.clone(), orbit, known, others)
+        };
+        let mut followed = UntilKnown { equations, meets: &meets };
+        let trace = match &seed.way {
+            SeedKind::On(direction) => {
+                TracedBranch::onward(&mut followed, &start, direction, &STEPS)
+            }
+            _ => TracedBranch::through(&mut followed, &start, &STEPS),
+        };
+        let trace = trace.ok_or(NoBranch::NoOrbit)?;
         // A branch without orbits beside the graze is physical on neither side.
         let beside = |point: &DirectPoint| apart(&point.unknowns, &start) > SAME;
-        trace.points.iter().any(beside).then_some(trace)
+        trace.points.iter().any(beside).then_some(trace).ok_or(NoBranch::OfAnother)
     }
 
     /// Orbit at a point of a branch.
@@ -1055,7 +1149,7 @@ impl BranchSource for DirectBranches<'_> {
             let orbit = &point.linearised.extra;
             let parameter = equations.parameters(&point.unknowns)[self.request.along];
             BranchSeed {
-                at_contacts: orbit.returns.len() < itinerary.period(),
+                points: orbit.points,
                 ..BranchSeed::new(itinerary, orbit.states.clone(), Vec::new(), parameter)
             }
         };
@@ -1063,15 +1157,21 @@ impl BranchSource for DirectBranches<'_> {
         let ends = trace.ends.iter().zip([trace.points.first(), trace.points.last()]);
         for (end, point) in ends.skip(usize::from(trace.continues)) {
             let Some(point) = point else { continue };
+            let is_border = match end {
+                ContinuationEnd::Border { .. } => true,
+                // The last step to a graze may fail by rounding.
+                ContinuationEnd::StepTooSmall => self.refined_graze(itinerary, point).is_some(),
+                _ => false,
+            };
             match end {
-                ContinuationEnd::Border { .. } => {
+                _ if is_border => {
                     let [number] = self.grazing(&equations, point)[..] else { continue };
                     let mut seed = seed(&equations, point);
-                    if seed.at_contacts {
+                    if seed.points == SectionPoints::AtContacts {
                         let parameters = self.request.parameters(seed.parameter);
                         let orbit = &point.linearised.extra;
                         let Some(all) = equations.every_point(orbit, &parameters) else { continue };
-                        (seed.states, seed.at_contacts) = (all, false);
+                        (seed.states, seed.points) = (all, SectionPoints::Every);
                     }
                     seed.itinerary = toggled(itinerary, number, 0);
                     seeds.push(seed.in_standard_form(self.image.circle()));
@@ -1115,13 +1215,26 @@ impl DirectBranches<'_> {
         most: u64,
         progress: &dyn Progress,
     ) -> SearchedBranch<DirectOrbit<f64>> {
-        let Some((mut equations, guess)) = self.equations_at(itinerary, seed) else {
-            return SearchedBranch { trace: None, work: 0 };
-        };
-        equations.limit_work(most);
-        equations.report_work(progress);
-        let trace = self.through(&mut equations, &guess, seed, known);
-        SearchedBranch { trace, work: equations.work() }
+        let (mut work, mut is_tried) = (0, false);
+        for &points in Self::choices(seed) {
+            // Where the equations with variables of passages fail, plain ones are tried.
+            if is_tried && points != SectionPoints::Plain {
+                continue;
+            }
+            let Some((mut equations, guess)) = self.equations_at(itinerary, seed, points) else {
+                continue;
+            };
+            is_tried = true;
+            equations.limit_work(most - work);
+            equations.report_work(progress);
+            let found = self.through(&mut equations, &guess, seed, known);
+            work = most.min(work + equations.work());
+            match found {
+                Err(NoBranch::NoOrbit) => {}
+                found => return SearchedBranch { trace: found.ok(), work },
+            }
+        }
+        SearchedBranch { trace: None, work }
     }
 
     /// Result of [`BranchSource::branch`]; reports its points.
@@ -1172,9 +1285,9 @@ impl DirectBranches<'_> {
         let value =
             |place: usize| equations.parameters(&trace.points[place].unknowns)[self.request.along];
         let unresolved = trace.unresolved.iter().map(|ends| ends.map(value)).collect();
-        let last = trace.points[0].unknowns.len() - 1;
+        let along = trace.points[0].unknowns.len() - 1;
         let mut ends = trace.ends(|unknown| match equations.passage_of(unknown) {
-            _ if unknown == last => BranchEnd::Range,
+            _ if unknown == along => BranchEnd::Range,
             Some(_) => BranchEnd::Graze,
             None => BranchEnd::Reach,
         });
@@ -1186,12 +1299,22 @@ impl DirectBranches<'_> {
             if !matches!(end, BranchEnd::Doubling | BranchEnd::StepTooSmall) {
                 continue;
             }
+            let last = if side == 0 { 0 } else { trace.points.len() - 1 };
+            if *end == BranchEnd::StepTooSmall
+                && self.refined_graze(itinerary, &trace.points[last]).is_some()
+            {
+                *end = BranchEnd::Graze;
+                continue;
+            }
+            if *end == BranchEnd::Doubling && self.meets_known(&equations, &trace.points[last]) {
+                *end = BranchEnd::Continued;
+                continue;
+            }
             if *end == BranchEnd::StepTooSmall
                 && let Some(contact) = slow_contact(&points, place)
             {
                 *end = BranchEnd::Graze;
-                let end = if side == 0 { 0 } else { trace.points.len() - 1 };
-                if let Some(orbit) = self.extrapolated_graze(itinerary, (trace, end), contact) {
+                if let Some(orbit) = self.extrapolated_graze(itinerary, (trace, last), contact) {
                     points[place].orbit = orbit;
                 }
                 continue;
@@ -1201,6 +1324,12 @@ impl DirectBranches<'_> {
             points.insert(if side == 0 { 0 } else { points.len() }, hopf);
         }
         Branch { itinerary: itinerary.clone(), points, ends, unresolved }
+    }
+
+    /// Whether the last point of a curve ends it because it lies on a known branch, and not because
+    /// its period is shorter or it is an equilibrium.
+    fn meets_known(&self, equations: &DirectOrbitEquations<'_, f64>, last: &DirectPoint) -> bool {
+        !self.image.is_on_tangency() && !equations.is_repeated(&last.linearised.extra, NEAR)
     }
 
     /// Whether `h''` nearly vanishes at a point of an orbit on the tangency section: the point is
@@ -1256,18 +1385,80 @@ fn in_points_of<'a, S: Real>(
     equations: DirectOrbitEquations<'a, S>,
     orbit: &DirectOrbit<f64>,
 ) -> DirectOrbitEquations<'a, S> {
-    if orbit.returns.len() == equations.itinerary().period() {
-        return equations;
-    }
     let every = equations.clone();
-    equations.at_contacts().unwrap_or(every)
+    equations.in_points(orbit.points).unwrap_or(every)
 }
 
-/// Whether an orbit lies on one of the branches, from any of its starting points.
-fn lies_on_one<'t>(
+/// Unknowns of an orbit, the orbit, and its residuals.
+type FlownOrbit = (Vec<f64>, DirectOrbit<f64>, DVector<f64>);
+
+/// Last result of a bisection of shares from 0 to 1. `at` tells whether a share is beyond the
+/// place sought, and its result; `None` ends the search without one.
+fn bisected<T>(mut at: impl FnMut(f64) -> Option<(bool, T)>) -> Option<T> {
+    let (mut shares, mut found) = ([0.0, 1.0], None);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (shares[0] + shares[1]);
+        let (beyond, there) = at(middle)?;
+        shares[usize::from(beyond)] = middle;
+        found = Some(there);
+    }
+    found
+}
+
+/// Reason why a seed has no branch of its own.
+enum NoBranch {
+    /// No orbit was found in the section points that were tried.
+    NoOrbit,
+    /// The orbit lies on a known branch, has a shorter period, or is an equilibrium.
+    OfAnother,
+}
+
+/// Test of an orbit on a curve.
+type OrbitTest<'e, 'a> = &'e dyn Fn(&DirectOrbitEquations<'a, f64>, &DirectPoint) -> bool;
+
+/// Equations whose curve also ends where it meets a known one.
+struct UntilKnown<'e, 'a> {
+    equations: &'e mut DirectOrbitEquations<'a, f64>,
+    meets: OrbitTest<'e, 'a>,
+}
+
+impl CurveEquations<f64> for UntilKnown<'_, '_> {
+    type Extra = DirectOrbit<f64>;
+
+    fn linearised(&mut self, unknowns: &[f64]) -> Option<Linearised<f64, Self::Extra>> {
+        self.equations.linearised(unknowns)
+    }
+
+    fn residual(&mut self, unknowns: &[f64]) -> Option<DVector<f64>> {
+        self.equations.residual(unknowns)
+    }
+
+    fn tests(&self, point: &DirectPoint) -> Vec<TestValue<f64>> {
+        self.equations.tests(point)
+    }
+
+    fn range(&self, unknown: usize) -> [f64; 2] {
+        self.equations.range(unknown)
+    }
+
+    fn bring_near(&self, unknowns: &mut [f64], other: &[f64]) {
+        self.equations.bring_near(unknowns, other);
+    }
+
+    fn is_spent(&self) -> bool {
+        self.equations.is_spent()
+    }
+
+    fn is_last(&self, point: &DirectPoint) -> bool {
+        self.equations.is_last(point) || (self.meets)(self.equations, point)
+    }
+}
+
+/// Whether an orbit lies on one of the lines, from any of its starting points.
+fn lies_on_one(
     equations: &mut DirectOrbitEquations<'_, f64>,
     unknowns: &[f64],
-    traces: impl Iterator<Item = &'t DirectTrace>,
+    lines: &[Vec<Vec<f64>>],
 ) -> bool {
     let last = unknowns.len() - 1;
     let size = equations.dimension();
@@ -1277,13 +1468,5 @@ fn lies_on_one<'t>(
         variables
     });
     let starts: Vec<Vec<f64>> = rotated.collect();
-    let lines = traces.map(|trace| {
-        let points = trace.points.iter().map(|point| match point.unknowns.len() {
-            same if same == unknowns.len() => point.unknowns.clone(),
-            _ => equations.own(&point.unknowns),
-        });
-        points.collect::<Vec<_>>()
-    });
-    let lines: Vec<Vec<Vec<f64>>> = lines.collect();
-    lies_on(equations, (&starts, unknowns[last]), &lines, 0.0)
+    lies_on(equations, (&starts, unknowns[last]), lines, 0.0)
 }

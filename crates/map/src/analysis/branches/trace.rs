@@ -16,7 +16,7 @@ use crate::analysis::continuation::{
     any_tangent, apart, between, corrected, follow, moved, normalised, searched, tangent_at,
     unit_vector, zero_near,
 };
-use crate::analysis::periodic::{ContactItinerary, KeptOrbit};
+use crate::analysis::periodic::{ContactItinerary, KeptOrbit, SectionPoints};
 use crate::analysis::progress::{Progress, Shard, place_of, resumed_if};
 use crate::iteration::{PhaseCircle, parallel};
 use crate::numeric::linear::solve;
@@ -49,8 +49,8 @@ pub(super) struct BranchSeed {
     /// Depth variables of the contacts for a map; empty for direct simulation.
     pub(super) depth_variables: Vec<f64>,
     pub(super) parameter: f64,
-    /// Whether only the section points of returns with contact are variables, in direct simulation.
-    pub(super) at_contacts: bool,
+    /// Section points in which direct simulation follows the branch.
+    pub(super) points: SectionPoints,
     pub(super) way: SeedKind,
 }
 
@@ -75,7 +75,8 @@ impl BranchSeed {
     ) -> Self {
         let itinerary = itinerary.clone();
         let way = SeedKind::Through;
-        Self { itinerary, states, depth_variables, parameter, at_contacts: false, way }
+        let points = SectionPoints::Every;
+        Self { itinerary, states, depth_variables, parameter, points, way }
     }
 
     /// Seed of the same orbit with its shortest period and its largest rotation of the itinerary;

@@ -44,6 +44,7 @@ pub struct DirectOrbitEquations<'a, S: Real> {
     image: DirectImage<'a, S>,
     itinerary: ContactItinerary,
     flights: Vec<SectionFlight<'a, S>>,
+    points: SectionPoints,
     units: DirectUnits,
     /// Indices of the free parameters, with their ranges in units.
     free: Vec<(usize, [f64; 2])>,
@@ -55,6 +56,19 @@ pub struct DirectOrbitEquations<'a, S: Real> {
     most_work: u64,
     /// Receiver of the work as it is done.
     progress: &'a dyn Progress,
+}
+
+/// Section points whose variables are unknowns, and their variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SectionPoints {
+    /// Points of all returns, with the variable of the own passage in place of one coordinate.
+    Every,
+    /// Points of returns that begin with contact, with such a variable: on a tangency section a
+    /// return without contact begins at a local minimum of the gap, which an orbit may lose.
+    AtContacts,
+    /// Points of all returns in their coordinates: an orbit may hit so hard that the free flight
+    /// behind the stop does not turn and has no gap. Grazes are no border of the range.
+    Plain,
 }
 
 /// Flight from one section point to the next.
@@ -92,6 +106,8 @@ pub struct DirectOrbit<S> {
     pub states: Vec<Vec<S>>,
     /// Index of the return that starts at each section point.
     pub returns: Vec<usize>,
+    /// Section points of the equations.
+    pub points: SectionPoints,
     /// Contacts: return, passage and speed.
     pub speeds: Vec<(usize, usize, S)>,
     /// Contacts beyond one per passage, or at other surfaces.
@@ -130,6 +146,7 @@ impl KeptOrbit for DirectOrbit<f64> {
             |orbit: &Self| -> Vec<usize> { orbit.by_parameters.iter().map(DVector::len).collect() };
         lengths(&self.states) == lengths(&computed.states)
             && self.returns == computed.returns
+            && self.points == computed.points
             && self.speeds.iter().all(is_known)
             && self.hits.len() == computed.hits.len()
             && blocks(self) == blocks(computed)
@@ -292,6 +309,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             flights: flights_of(&image, itinerary),
             image,
             itinerary: itinerary.clone(),
+            points: SectionPoints::Every,
             free: free.collect(),
             at: at.iter().map(|&value| S::from_f64(value)).collect(),
             units: units.clone(),
@@ -331,15 +349,27 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// Equations of the same orbits with another itinerary.
     pub fn with_itinerary(&self, itinerary: &ContactItinerary) -> Self {
-        let flights = flights_of(&self.image, itinerary);
-        Self { itinerary: itinerary.clone(), flights, ..self.clone() }
+        let (flights, points) = (flights_of(&self.image, itinerary), SectionPoints::Every);
+        Self { itinerary: itinerary.clone(), flights, points, ..self.clone() }
     }
 
-    /// Equations with section points only at returns with contact: on a tangency section a return
-    /// without contact begins at a local minimum of the gap, which an orbit may lose.
-    ///
-    /// `None` if the itinerary does not begin with contact, or if all its returns do.
-    pub fn at_contacts(mut self) -> Option<Self> {
+    /// Equations in these section points; `None` if the itinerary has none of the kind or has all:
+    /// points at contacts need a first return with contact and another one without, plain ones a
+    /// section that is stroboscopic and a first passage whose variable they leave out.
+    pub fn in_points(mut self, points: SectionPoints) -> Option<Self> {
+        self.flights = match points {
+            SectionPoints::Every => flights_of(&self.image, &self.itinerary),
+            SectionPoints::AtContacts => self.flights_between_contacts()?,
+            SectionPoints::Plain if self.image.is_on_tangency() || self.units.gap.is_none() => {
+                return None;
+            }
+            SectionPoints::Plain => flights_of(&self.image, &self.itinerary),
+        };
+        Some(Self { points, ..self })
+    }
+
+    /// Flights from each return that begins with contact to the next one.
+    fn flights_between_contacts(&self) -> Option<Vec<SectionFlight<'a, S>>> {
         let (returns, passages) = (self.itinerary.returns(), self.itinerary.passages());
         let begins = |number: &usize| returns[*number].contains(0);
         let firsts: Vec<usize> = (0..returns.len()).filter(begins).collect();
@@ -358,8 +388,17 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 image: self.image.over(end - first).ok()?,
             })
         });
-        self.flights = flights.collect::<Option<_>>()?;
-        Some(self)
+        flights.collect()
+    }
+
+    /// Coordinate that the variable of the own passage replaces, and the unit of the gap.
+    fn replaced(&self) -> Option<(usize, f64)> {
+        self.units.gap.filter(|_| self.points != SectionPoints::Plain)
+    }
+
+    /// Section points of these equations.
+    pub fn points(&self) -> SectionPoints {
+        self.points
     }
 
     /// Number of variables of section points, which come first among the unknowns.
@@ -394,7 +433,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
 
     /// Return whose own passage has the given unknown as its variable; `None` for other unknowns.
     pub fn passage_of(&self, unknown: usize) -> Option<usize> {
-        let (replaced, _) = self.units.gap?;
+        let (replaced, _) = self.replaced()?;
         let number = unknown / self.dimension();
         let is_own = unknown % self.dimension() == replaced;
         let flight = self.flights.get(number).filter(|_| is_own);
@@ -416,7 +455,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let units = self.units.state.iter();
             let mut values: Vec<S> =
                 state.iter().zip(units).map(|(&x, &unit)| x / S::from_f64(unit)).collect();
-            if let Some((replaced, unit)) = self.units.gap {
+            if let Some((replaced, unit)) = self.replaced() {
                 let gap = self.image.gap(state, parameters).ok()? / S::from_f64(unit);
                 if !gap.is_finite() {
                     return None;
@@ -438,7 +477,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let units = self.units.state.iter();
         let mut point: Vec<S> =
             variables.iter().zip(units).map(|(&w, &unit)| w * S::from_f64(unit)).collect();
-        let Some((replaced, unit)) = self.units.gap else {
+        let Some((replaced, unit)) = self.replaced() else {
             return Some(point);
         };
         let own = variables[replaced];
@@ -475,7 +514,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let size = self.dimension();
         let variables = &unknowns[number * size..(number + 1) * size];
         let parameters = &self.parameters(unknowns);
-        let Some((replaced, _)) = self.units.gap else {
+        let Some((replaced, _)) = self.replaced() else {
             return self.flown_at(number, variables, parameters, varied);
         };
         // Next to the graze contacts are not resolved, and beyond it there is no flight: both are
@@ -518,6 +557,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         }
         let point = self.point(number, variables, parameters)?;
         let columns = if varied { self.dimension() + self.free.len() } else { 0 };
+        let replaced = self.replaced();
         let flight = &mut self.flights[number];
         // A maximum of the gap is no point of a tangency section.
         let is_maximum = flight.image.is_on_tangency()
@@ -529,7 +569,10 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         let (image, both) = match varied {
             false => (flight.image.lifted_image(&point, parameters).ok()?, None),
             true => {
-                let gap = flight.image.varied_gap(&point, parameters, &free).ok()?;
+                let gap = match replaced {
+                    Some(_) => flight.image.varied_gap(&point, parameters, &free).ok()?,
+                    None => None,
+                };
                 let (image, slopes) = flight.image.varied(&point, parameters, &free).ok()?;
                 (flight.image.lifted(image), slopes.zip(Some(gap)))
             }
@@ -574,7 +617,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             true => units[row],
             false => S::zero(),
         });
-        if let Some((replaced, unit)) = self.units.gap {
+        if let Some((replaced, unit)) = self.replaced() {
             let gap = gap?;
             for column in 0..size + free {
                 point[(replaced, column)] = if column == replaced {
@@ -617,7 +660,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         centre: &FlownPoint<S>,
     ) -> Option<[DVector<S>; 2]> {
         let size = self.dimension();
-        let own = self.units.gap.is_some_and(|(replaced, _)| replaced == place);
+        let own = self.replaced().is_some_and(|(replaced, _)| replaced == place);
         let unknown = if place < size { number * size } else { self.variables() - size } + place;
         let at = unknowns[unknown].to_f64();
         let mut length = S::ROUNDOFF.powf(0.2);
@@ -743,8 +786,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         S::ROUNDOFF.powf(0.8) / S::ROUNDOFF
     }
 
-    /// Jacobian of the map of the period at its first point; `None` at a graze.
+    /// Jacobian of the map of the period at its first point; `None` at a graze, and for an orbit
+    /// without derivatives.
     pub fn jacobian(&self, orbit: &DirectOrbit<S>) -> Option<DMatrix<S>> {
+        if orbit.blocks.is_empty() {
+            return None;
+        }
         let size = self.dimension();
         let unit = DMatrix::from_fn(size, size, |i, j| if i == j { S::one() } else { S::zero() });
         let product = orbit.blocks.iter().try_fold(unit, |product, [point, image]| {
@@ -867,7 +914,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
     fn halves(&self, unknowns: &[S]) -> TestValue<S> {
         let half = self.flights.len() / 2;
         let doubled = self.flights.len() == 2 * half && repeats_after_half(&self.itinerary);
-        let place = self.units.gap.map_or(0, |(replaced, _)| replaced);
+        let place = self.replaced().map_or(0, |(replaced, _)| replaced);
         halves(&unknowns[place..], half * self.dimension(), doubled)
     }
 
@@ -909,6 +956,7 @@ impl<S: Real> DirectOrbitEquations<'_, S> {
         let orbit = DirectOrbit {
             states: Vec::new(),
             returns: self.flights.iter().map(|flight| flight.first).collect(),
+            points: self.points,
             speeds: Vec::new(),
             extra_contacts: 0,
             hits: Vec::new(),
@@ -1048,7 +1096,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
     fn bring_near(&self, unknowns: &mut [S], other: &[S]) {
         let (circle, size, variables) = (self.circle(), self.dimension(), self.variables());
         // The variable of a passage that replaces the phase is not periodic.
-        let replaced = self.units.gap.map(|(replaced, _)| replaced);
+        let replaced = self.replaced().map(|(replaced, _)| replaced);
         if circle.phase().is_some_and(|(phase, _)| Some(phase) != replaced) {
             let points = unknowns[..variables].chunks_exact_mut(size);
             for (point, other) in points.zip(other.chunks_exact(size)) {

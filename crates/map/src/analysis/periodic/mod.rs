@@ -19,7 +19,7 @@ mod returns;
 mod section_map;
 
 pub use contact_itinerary::{ContactItinerary, ItineraryError};
-pub use direct_equations::{DirectOrbit, DirectOrbitEquations, DirectUnits};
+pub use direct_equations::{DirectOrbit, DirectOrbitEquations, DirectUnits, SectionPoints};
 pub(super) use found_orbit::ByMap;
 pub use found_orbit::{FoundOrbit, OrbitContact};
 pub(super) use itinerary_search::SettledCycle;
