@@ -284,6 +284,11 @@ pub struct GrazeStudy {
     pub measured: Vec<MeasuredSide>,
 }
 
+/// Digits of the slope of a gap in words; a slope smaller than `SMALL_SLOPE` has so many that are
+/// significant, others so many decimals.
+const SLOPE_DIGITS: usize = 6;
+const SMALL_SLOPE: f64 = 1e-3;
+
 /// Consequence of a discontinuous grazing bifurcation.
 const LOST: &str = "the attractor near the graze is lost, and the motion jumps to another one";
 /// Consequence of a continuous grazing bifurcation.
@@ -405,10 +410,13 @@ impl GrazeStudy {
         let Some(side) = self.side() else {
             return "several passages graze: which side has contact is not one number".to_owned();
         };
+        let slope = match theory.gap_slope {
+            slope if slope.abs() < SMALL_SLOPE => significant(slope, SLOPE_DIGITS),
+            slope => format!("{slope:.SLOPE_DIGITS$}"),
+        };
         format!(
             "contact begins {side} the grazing value of {parameter}: the lowest gap changes by \
-             {:.6} per unit of it",
-            theory.gap_slope
+             {slope} per unit of it"
         )
     }
 
