@@ -482,9 +482,12 @@ fn returns_without_a_minimum_of_the_gap_have_their_branch() {
 fn an_orbit_that_few_states_come_to_has_its_branch_from_a_start_that_is_given() {
     let map = foale_over_omega();
     let mut request = BranchRequest { along: 1, ..request(&["100000"], 6, [4.6, 5.4], true) };
-    assert!(map.branches(&request, &NoProgress).expect("branches").branches.is_empty());
+    let is_stable = |branch: &Branch| {
+        branch.points.iter().all(|point| point.orbit.stable && point.orbit.physical)
+    };
+    let found = map.branches(&request, &NoProgress).expect("branches");
+    assert!(!found.branches.iter().any(is_stable));
     request.starts = vec![vec![1.8917, 0.2817]];
     let found = map.branches(&request, &NoProgress).expect("branches");
-    let [branch] = &found.branches[..] else { panic!("{} branches", found.branches.len()) };
-    assert!(branch.points.iter().all(|point| point.orbit.stable && point.orbit.physical));
+    assert_eq!(found.branches.iter().filter(|branch| is_stable(branch)).count(), 1);
 }
