@@ -292,6 +292,14 @@ fn orbits_with_one_impact_have_the_traces_of_the_closed_form_far_from_their_graz
     assert!(count > 50 && deep > 0, "{count} {deep}");
 }
 
+/// Differences of the trace and of the determinant of an orbit's multipliers from those of a matrix
+/// whose columns are derivatives in a direction.
+fn multiplier_errors(orbit: &FoundOrbit, column: impl Fn([f64; 2]) -> [f64; 2]) -> [f64; 2] {
+    let ([a, c], [b, d]) = (column([1.0, 0.0]), column([0.0, 1.0]));
+    let trace: f64 = orbit.multipliers.iter().map(|[re, _]| re).sum();
+    [trace - (a + d), determinant(orbit) - (a * d - b * c)]
+}
+
 /// The state of `x'' = A cos θ − 2 ζ x' − x − κ x³` before a time, by Runge and Kutta's method.
 fn flown_back(
     [x, v, theta]: [f64; 3],
@@ -348,14 +356,11 @@ fn orbits_at_a_stop_with_a_damper_have_the_multipliers_of_an_independent_integra
             [simulator.state[0], simulator.state[1]]
         };
         let step = 2.0_f64.powi(-30);
-        let column = |direction: [f64; 2]| {
+        // The start is known to 1e-12; second derivatives are of the order of the reciprocal speed.
+        let errors = multiplier_errors(orbit, |direction| {
             let [up, down] = [step, -step].map(|by| after(direction.map(|part| part * by)));
             [0, 1].map(|n| (up[n] - down[n]).to_f64() / (2.0 * step))
-        };
-        let ([a, c], [b, d]) = (column([1.0, 0.0]), column([0.0, 1.0]));
-        let trace: f64 = orbit.multipliers.iter().map(|[re, _]| re).sum();
-        // The start is known to 1e-12; second derivatives are of the order of the reciprocal speed.
-        let errors = [trace - (a + d), determinant(orbit) - (a * d - b * c)];
+        });
         assert!(errors.iter().all(|error| error.abs() < 1e-6), "{errors:?} {orbit:?}");
     }
 }
@@ -508,13 +513,10 @@ fn a_branch_goes_on_where_the_flight_behind_the_stop_does_not_turn() {
         let errors = [speeds[0] - orbit.contacts[0].speed, end[0] - start[0], end[1] - start[1]];
         assert!(errors.iter().all(|error| error.abs() < 1e-9), "{errors:?}");
         let step = 1e-5;
-        let column = |direction: [f64; 2]| {
+        let errors = multiplier_errors(orbit, |direction| {
             let [up, down] = [step, -step].map(|by| after(direction.map(|part| part * by)).1);
             [0, 1].map(|n| (up[n] - down[n]) / (2.0 * step))
-        };
-        let ([a, c], [b, d]) = (column([1.0, 0.0]), column([0.0, 1.0]));
-        let trace: f64 = orbit.multipliers.iter().map(|[re, _]| re).sum();
-        let errors = [trace - (a + d), determinant(orbit) - (a * d - b * c)];
+        });
         assert!(errors.iter().all(|error| error.abs() < 1e-6), "{errors:?} {orbit:?}");
     }
 }

@@ -24,7 +24,7 @@ use super::trace::{
 };
 use crate::analysis::continuation::{
     ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
-    between, by_chords, corrected, moved, tangent_at, unit_vector,
+    between, by_chords, corrected, dot, moved, tangent_at, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -40,7 +40,7 @@ use crate::hybrid::HybridSystem;
 use crate::iteration::{PassageSet, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real, converted};
+use crate::numeric::{Dd, Real, converted, last_that_holds};
 use crate::orbit::GrazingOrbit;
 
 /// Number of parameter values at which orbits are simulated, up and down.
@@ -645,17 +645,21 @@ impl<'a> DirectBranches<'a> {
         equations: &mut DirectOrbitEquations<'a, f64>,
         [from, to]: [&DirectPoint; 2],
     ) -> Option<FlownOrbit> {
-        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
+        let chord = moved(&to.unknowns, &from.unknowns, -1.0);
         let contacts = from.linearised.extra.extra_contacts;
-        bisected(|share| {
-            let start = moved(&from.unknowns, &chord, share);
+        let (mut shares, mut found) = ([0.0, 1.0], None);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (shares[0] + shares[1]);
+            let start = moved(&from.unknowns, &chord, middle);
             // Derivatives by differences would mix both sides of the graze; those of the first
             // point are used throughout.
-            let found = by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
+            let there = by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
                 equations.flown_orbit(unknowns)
             })?;
-            Some((found.1.extra_contacts != contacts, found))
-        })
+            shares[usize::from(there.1.extra_contacts != contacts)] = middle;
+            found = Some(there);
+        }
+        found
     }
 
     /// Orbit at such a graze, from the side without the contact, on which orbits are smooth.
@@ -669,21 +673,20 @@ impl<'a> DirectBranches<'a> {
             true => points,
             false => [points[1], points[0]],
         };
-        let chord: Vec<f64> = from.unknowns.iter().zip(&to.unknowns).map(|(a, b)| b - a).collect();
-        let dot = |a: &[f64]| a.iter().zip(&chord).map(|(a, b)| a * b).sum::<f64>();
-        let ahead = dot(&chord) / dot(&from.tangent);
+        let chord = moved(&to.unknowns, &from.unknowns, -1.0);
+        let ahead = dot(&chord, &chord) / dot(&from.tangent, &chord);
         let mut last = None;
-        let closed = bisected(|share| {
+        last_that_holds(0.0, 1.0, HALVINGS, |share| {
             let start = moved(&from.unknowns, &from.tangent, share * ahead);
             let there = corrected(equations, &start, &start, &chord);
             let there = there.filter(|(_, there)| there.extra.extra_contacts == contacts(from));
-            let beyond = there.is_none();
-            last = there
-                .map(|(unknowns, there)| (unknowns, there.extra, there.residual))
-                .or(last.take());
-            Some((beyond, ()))
+            let holds = there.is_some();
+            if let Some((unknowns, there)) = there {
+                last = Some((unknowns, there.extra, there.residual));
+            }
+            holds
         });
-        closed.and(last)
+        last
     }
 
     /// Orbits of a branch at a value of the varied parameter, in double-double.
@@ -1391,19 +1394,6 @@ fn in_points_of<'a, S: Real>(
 
 /// Unknowns of an orbit, the orbit, and its residuals.
 type FlownOrbit = (Vec<f64>, DirectOrbit<f64>, DVector<f64>);
-
-/// Last result of a bisection of shares from 0 to 1. `at` tells whether a share is beyond the
-/// place sought, and its result; `None` ends the search without one.
-fn bisected<T>(mut at: impl FnMut(f64) -> Option<(bool, T)>) -> Option<T> {
-    let (mut shares, mut found) = ([0.0, 1.0], None);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (shares[0] + shares[1]);
-        let (beyond, there) = at(middle)?;
-        shares[usize::from(beyond)] = middle;
-        found = Some(there);
-    }
-    found
-}
 
 /// Reason why a seed has no branch of its own.
 enum NoBranch {

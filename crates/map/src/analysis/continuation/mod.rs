@@ -26,7 +26,7 @@ pub use step::{
     zero_between, zero_near,
 };
 pub(in crate::analysis) use vectors::{
-    apart, between, farthest, largest, moved, normalised, unit_vector,
+    apart, between, dot, farthest, largest, moved, normalised, unit_vector,
 };
 
 use nalgebra::{DMatrix, DVector};
