@@ -577,6 +577,56 @@ contact_weight = 4
     }
 }
 
+/// An orbit that hits one rigid stop grazes another one: with that contact or without, it exists on
+/// one side of the graze alone.
+#[test]
+fn branches_end_at_the_graze_of_another_rigid_stop() {
+    let text = r#"
+[model]
+name = "one stop grazed, another rigid one behind"
+states = ["x", "v"]
+parameters = { zeta = 0.1, a = 1.0, w = 0.8, dl = 1.6, dr = 1.0, r = 0.7 }
+phase = { name = "theta", rate = "w", period = "2*pi" }
+[model.flow]
+x = "v"
+v = "a*cos(theta) - 2*zeta*v - x"
+[[model.surface]]
+name = "left"
+event = "x + dl"
+impact = { v = "-r*v" }
+[[model.surface]]
+name = "right"
+event = "dr - x"
+impact = { v = "-r*v" }
+[grazing]
+surface = "right"
+solve_for = "a"
+[expansion]
+active = ["a"]
+smooth_order = 3
+contact_weight = 4
+"#;
+    let map = map_of(scene_of(text));
+    let found = branches(&map, &["1"], [0.4, 1.0], true);
+    let grazing = map.parameter("a").expect("a parameter");
+    // Of the closed form, in 30 digits: x(T) = dr, -r v(T) = v(0), x'(t) = 0, x(t) = -dl.
+    let exact = 1.087_035_317_885_122_7;
+    let mut contacts = Vec::new();
+    for branch in &found.branches {
+        let ends = [branch.points.first(), branch.points.last()];
+        for (point, end) in ends.into_iter().zip(branch.ends) {
+            let Some(BranchPoint { orbit, special: Some(special) }) = point else { continue };
+            if end == BranchEnd::Graze && special.grazing.is_empty() {
+                assert_eq!(special.label, BranchLabel::Graze);
+                assert!((grazing + orbit.parameters[0] - exact).abs() < 1e-9, "{orbit:?}");
+                contacts.push(branch.points[branch.points.len() / 2].orbit.extra_contacts);
+            }
+        }
+    }
+    contacts.sort_unstable();
+    assert_eq!(contacts, [0, 1], "{:?}", found.branches.iter().map(|b| b.ends).collect::<Vec<_>>());
+}
+
 /// A mass at rest on a spring above a table: the grazing orbit has no extent.
 #[test]
 fn an_orbit_at_rest_has_branches_and_no_bound_of_escape() {

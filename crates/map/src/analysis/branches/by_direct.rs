@@ -5,26 +5,28 @@
 //! border of the unknowns, and branches begin at orbits of the map. The other seeds are orbits that
 //! simulation settles on along the range.
 
+mod grazes;
+
 use std::collections::{BTreeSet, VecDeque};
 use std::iter::once;
 
 use nalgebra::{Complex, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::Extent;
+use self::grazes::slow_contact;
 use super::by_map::MapBranches;
 use super::data::{
     AttractorBranch, Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches, Special,
 };
 use super::normal_form::NormalForm;
 use super::trace::{
-    BranchPiece, BranchSeed, BranchSource, Follow, NEAR, SAME, SearchedBranch, SeedKind,
-    TracedBranch, each_once, exact_or_zero, first_doubled, halved, has_shorter_period, label_of,
+    BranchPiece, BranchSeed, BranchSource, Extent, Follow, GrazeStart, NEAR, SAME, SearchedBranch,
+    SeedKind, TracedBranch, each_once, first_doubled, halved, has_shorter_period, label_of,
     lies_on, null_vector, refined, solved, toggled,
 };
 use crate::analysis::continuation::{
     ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
-    between, by_chords, corrected, dot, moved, tangent_at, unit_vector,
+    between, corrected, tangent_at, unit_vector,
 };
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
@@ -40,7 +42,7 @@ use crate::hybrid::HybridSystem;
 use crate::iteration::{PassageSet, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
-use crate::numeric::{Dd, Real, converted, last_that_holds};
+use crate::numeric::{Dd, Real, converted};
 use crate::orbit::GrazingOrbit;
 
 /// Number of parameter values at which orbits are simulated, up and down.
@@ -81,16 +83,6 @@ const AT_HOPF: f64 = 1e-9;
 const NEAR_HOPF: f64 = 1e-2;
 /// Most work for a flight, in products of series.
 const FLIGHT_WORK: u64 = 1_000_000;
-/// Speed below which a contact grazes, relative to its largest speed along the branch.
-const SLOW: f64 = 1e-3;
-/// Ratio of the speeds of successive orbits towards the graze of a later passage, and most orbits.
-const SLOWER: f64 = 1e-2;
-const GRAZE_STEPS: usize = 3;
-/// Bisection steps towards a graze that belongs to no passage.
-const HALVINGS: usize = 45;
-/// Largest distance of a graze from its refinement in double-double: a contact may be too weak for
-/// double precision.
-const FAR_AT_GRAZE: f64 = 1e-2;
 
 /// Step control along a branch: where an orbit loses a section point, derivatives fail before
 /// images do.
@@ -102,8 +94,6 @@ const ALL_POINTS: [SectionPoints; 3] =
 
 type DirectTrace = TracedBranch<DirectOrbit<f64>>;
 type DirectPoint = ContinuationPoint<f64, DirectOrbit<f64>>;
-/// Speed of a contact, and the orbit that makes it, in double-double.
-type FinePoint = (Dd, ContinuationPoint<Dd, DirectOrbit<Dd>>);
 
 /// Consecutive section points at one value of the parameter.
 #[derive(Serialize, Deserialize)]
@@ -154,9 +144,6 @@ pub(super) struct DirectBranches<'a> {
     unfinished: Unfinished,
 }
 
-/// Graze of the orbit without contact: section point and value of the varied parameter, in offsets.
-pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
-
 impl<'a> DirectBranches<'a> {
     /// Branches of a request within an extent.
     pub(super) fn new(
@@ -188,7 +175,8 @@ impl<'a> DirectBranches<'a> {
 
     /// Branches in their final form, and the itineraries that were not followed completely.
     pub(super) fn given_out(&self) -> Branches {
-        let branches = self.described(&self.all(self.extent.follow));
+        let mut branches = self.described(&self.all(self.extent.follow));
+        self.end_at_grazes(&mut branches);
         let cut = branches.iter().filter(|branch| branch.ends.contains(&BranchEnd::WorkLimit));
         self.unfinished.extend(cut.map(|branch| &branch.itinerary));
         Branches { branches, unfinished: self.unfinished.listed() }
@@ -538,17 +526,6 @@ impl<'a> DirectBranches<'a> {
         equations.unknowns(&orbit.states, &self.request.parameters(parameter))
     }
 
-    /// Passages with zero speed or gap at the end of a branch.
-    fn grazing(
-        &self,
-        equations: &DirectOrbitEquations<'a, f64>,
-        point: &DirectPoint,
-    ) -> Vec<usize> {
-        let unknowns = point.unknowns.iter().enumerate();
-        let touching = unknowns.filter(|(_, value)| value.abs() <= AT_GRAZE);
-        touching.filter_map(|(unknown, _)| equations.passage_of(unknown)).collect()
-    }
-
     /// Seed that continues a branch in other section points: without those of returns without
     /// contact, which may have lost theirs, without the variables of passages, which may have no
     /// gap, or with both again.
@@ -613,80 +590,6 @@ impl<'a> DirectBranches<'a> {
             }
         };
         (0..returns.len()).map(parted).collect()
-    }
-
-    /// Graze between two points of a branch at which a contact outside the passages begins or ends,
-    /// by bisection.
-    fn graze_between(
-        &self,
-        itinerary: &ContactItinerary,
-        points: [&DirectPoint; 2],
-    ) -> Option<BranchPoint> {
-        let [from, to] = points.map(|point| point.linearised.extra.extra_contacts);
-        if from == to {
-            return None;
-        }
-        let mut equations = self.equations_with(itinerary, &points[0].linearised.extra);
-        let found = self.graze_on_chord(&mut equations, points);
-        let found = found.or_else(|| self.graze_on_tangent(&mut equations, points));
-        let (unknowns, extra, residual) = found?;
-        let tangent = vec![0.0; unknowns.len()];
-        let linearised = Linearised { residual, extra, ..points[0].linearised.clone() };
-        let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
-        let orbit = self.found(&equations, &point, true);
-        let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
-        Some(BranchPoint { orbit, special: Some(special) })
-    }
-
-    /// Orbit at such a graze, where orbits depend smoothly enough on the contact, as at a compliant
-    /// stop.
-    fn graze_on_chord(
-        &self,
-        equations: &mut DirectOrbitEquations<'a, f64>,
-        [from, to]: [&DirectPoint; 2],
-    ) -> Option<FlownOrbit> {
-        let chord = moved(&to.unknowns, &from.unknowns, -1.0);
-        let contacts = from.linearised.extra.extra_contacts;
-        let (mut shares, mut found) = ([0.0, 1.0], None);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (shares[0] + shares[1]);
-            let start = moved(&from.unknowns, &chord, middle);
-            // Derivatives by differences would mix both sides of the graze; those of the first
-            // point are used throughout.
-            let there = by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
-                equations.flown_orbit(unknowns)
-            })?;
-            shares[usize::from(there.1.extra_contacts != contacts)] = middle;
-            found = Some(there);
-        }
-        found
-    }
-
-    /// Orbit at such a graze, from the side without the contact, on which orbits are smooth.
-    fn graze_on_tangent(
-        &self,
-        equations: &mut DirectOrbitEquations<'a, f64>,
-        points: [&DirectPoint; 2],
-    ) -> Option<FlownOrbit> {
-        let contacts = |point: &DirectPoint| point.linearised.extra.extra_contacts;
-        let [from, to] = match contacts(points[0]) < contacts(points[1]) {
-            true => points,
-            false => [points[1], points[0]],
-        };
-        let chord = moved(&to.unknowns, &from.unknowns, -1.0);
-        let ahead = dot(&chord, &chord) / dot(&from.tangent, &chord);
-        let mut last = None;
-        last_that_holds(0.0, 1.0, HALVINGS, |share| {
-            let start = moved(&from.unknowns, &from.tangent, share * ahead);
-            let there = corrected(equations, &start, &start, &chord);
-            let there = there.filter(|(_, there)| there.extra.extra_contacts == contacts(from));
-            let holds = there.is_some();
-            if let Some((unknowns, there)) = there {
-                last = Some((unknowns, there.extra, there.residual));
-            }
-            holds
-        });
-        last
     }
 
     /// Orbits of a branch at a value of the varied parameter, in double-double.
@@ -867,102 +770,6 @@ impl<'a> DirectBranches<'a> {
         let mut fine = in_points_of(fine, &point.linearised.extra);
         let found = refined(&mut fine, point, test)?;
         Some(self.found(&fine, &found, false))
-    }
-
-    /// Refines a grazing orbit to the rounding of double-double, with speed or gap zero held at the
-    /// grazing passages; also returns the derivative of the parameter by the speed of the contact
-    /// that begins, if there is exactly one.
-    fn refined_graze(
-        &self,
-        itinerary: &ContactItinerary,
-        point: &DirectPoint,
-    ) -> Option<(FoundOrbit, Option<f64>)> {
-        let fine = self.equations_of(&self.fine, itinerary);
-        let mut fine = in_points_of(fine, &point.linearised.extra);
-        let own = |unknown: usize| fine.passage_of(unknown).is_some();
-        let grazes = |&unknown: &usize| own(unknown) && point.unknowns[unknown].abs() <= AT_GRAZE;
-        let grazing: Vec<usize> = (0..point.unknowns.len()).filter(grazes).collect();
-        let at = point.unknowns.iter().enumerate().map(|(unknown, &value)| {
-            if grazing.contains(&unknown) { Dd::ZERO } else { Dd::from(value) }
-        });
-        let at: Vec<Dd> = at.collect();
-        let normal = unit_vector(at.len(), *grazing.first()?);
-        let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
-        let slope = self.slope(&mut fine, &unknowns, &linearised, &grazing);
-        let near = apart(&converted(&unknowns), &point.unknowns) < FAR_AT_GRAZE;
-        let found = ContinuationPoint { unknowns, tangent: at, linearised, tests: Vec::new() };
-        near.then(|| (self.found(&fine, &found, true), slope))
-    }
-
-    /// Graze of a later passage at an end of a branch, where a contact becomes slow: orbits of the
-    /// branch in double-double at ever smaller speeds of that contact, and the line through the
-    /// last two of them, extended to the speed zero.
-    ///
-    /// NOTE: in double precision a contact as deep as its rounding is lost, while its speed is
-    /// still the square root of that depth, and the parameter is proportional to the speed.
-    fn extrapolated_graze(
-        &self,
-        itinerary: &ContactItinerary,
-        (trace, end): (&DirectTrace, usize),
-        contact: [usize; 2],
-    ) -> Option<FoundOrbit> {
-        let points = &trace.points;
-        let last = &points[end].linearised.extra;
-        let slow = last.speed_of(contact)?;
-        let faster = |point: &&DirectPoint| {
-            point.linearised.extra.speed_of(contact).is_some_and(|speed| speed >= 2.0 * slow)
-        };
-        let before = match end {
-            0 => points.iter().find(faster),
-            _ => points.iter().rev().find(faster),
-        };
-        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), last);
-        let mut solved = |guess: Vec<Dd>| {
-            let normal = unit_vector(guess.len(), guess.len() - 1);
-            let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
-            let speed = linearised.extra.speed_of(contact).filter(|speed| *speed > Dd::ZERO)?;
-            let point =
-                ContinuationPoint { unknowns, tangent: guess, linearised, tests: Vec::new() };
-            Some((speed, point))
-        };
-        let mut far = solved(converted(&before?.unknowns))?;
-        let mut near = solved(converted(&points[end].unknowns))?;
-        let along_line = |far: &FinePoint, near: &FinePoint, speed: Dd| {
-            let share = (near.0 - speed) / (far.0 - near.0);
-            let pairs = near.1.unknowns.iter().zip(&far.1.unknowns);
-            pairs.map(|(&near, &far)| near + (near - far) * share).collect::<Vec<Dd>>()
-        };
-        for _ in 0..GRAZE_STEPS {
-            let speed = near.0 * Dd::from(SLOWER);
-            match solved(along_line(&far, &near, speed)) {
-                Some(next) if next.0 < near.0 => far = std::mem::replace(&mut near, next),
-                _ => break,
-            }
-        }
-        let parameters = fine.parameters(&along_line(&far, &near, Dd::ZERO));
-        let orbit = self.found(&fine, &near.1, true);
-        Some(FoundOrbit {
-            parameters: parameters.iter().map(|value| value.to_f64()).collect(),
-            ..orbit
-        })
-    }
-
-    /// Derivative of the parameter by the speed of the contact that begins at a graze; `None`
-    /// unless there is exactly one.
-    fn slope(
-        &self,
-        fine: &mut DirectOrbitEquations<'a, Dd>,
-        unknowns: &[Dd],
-        linearised: &Linearised<Dd, DirectOrbit<Dd>>,
-        grazing: &[usize],
-    ) -> Option<f64> {
-        let mut begins = grazing.iter().filter(|&&unknown| fine.begins_with_contact_at(unknown));
-        let (Some(&unknown), None) = (begins.next(), begins.next()) else { return None };
-        let by_variable = fine.speed_by_variable(unknowns, unknown)?;
-        let tangent = tangent_at(&linearised.jacobian, &unit_vector(unknowns.len(), unknown))?;
-        let parameter = exact_or_zero(tangent.last()?.to_f64()) * self.units.parameters[0];
-        let slope = parameter / (tangent[unknown] * by_variable).to_f64();
-        slope.is_finite().then_some(slope)
     }
 
     /// Parameters of a branch point whose orbit has half the period, refined as the period-doubling
@@ -1322,6 +1129,13 @@ impl DirectBranches<'_> {
                 }
                 continue;
             }
+            if *end == BranchEnd::StepTooSmall
+                && let Some(graze) = self.graze_ahead(itinerary, &trace.points[last])
+            {
+                *end = BranchEnd::Graze;
+                points.insert(if side == 0 { 0 } else { points.len() }, graze);
+                continue;
+            }
             let Some(hopf) = self.hopf(itinerary, &points[place].orbit) else { continue };
             *end = BranchEnd::Hopf;
             points.insert(if side == 0 { 0 } else { points.len() }, hopf);
@@ -1368,21 +1182,6 @@ fn has_multiplier(orbit: &FoundOrbit, label: BranchLabel, near: [f64; 2]) -> boo
     label_of(&[test], 0, &multipliers.collect::<Vec<_>>(), near).next().is_some()
 }
 
-/// Return and passage of a contact with nearly zero speed of the orbit at the end of a branch: a
-/// contact of a passage after the section's own, whose graze is no border of the unknowns.
-fn slow_contact(points: &[BranchPoint], end: usize) -> Option<[usize; 2]> {
-    let mut later = points[end].orbit.contacts.iter().filter(|contact| contact.passage > 0);
-    let slow = later.find(|contact| {
-        let same = |other: &&OrbitContact| {
-            (other.number, other.passage) == (contact.number, contact.passage)
-        };
-        let speeds = points.iter().filter_map(|point| point.orbit.contacts.iter().find(same));
-        let fastest = speeds.fold(0.0_f64, |most, contact| most.max(contact.speed.abs()));
-        contact.speed.abs() <= SLOW * fastest
-    })?;
-    Some([slow.number, slow.passage])
-}
-
 /// Equations in the section points of an orbit.
 fn in_points_of<'a, S: Real>(
     equations: DirectOrbitEquations<'a, S>,
@@ -1391,9 +1190,6 @@ fn in_points_of<'a, S: Real>(
     let every = equations.clone();
     equations.in_points(orbit.points).unwrap_or(every)
 }
-
-/// Unknowns of an orbit, the orbit, and its residuals.
-type FlownOrbit = (Vec<f64>, DirectOrbit<f64>, DVector<f64>);
 
 /// Reason why a seed has no branch of its own.
 enum NoBranch {

@@ -18,9 +18,9 @@ pub use data::{
 };
 pub use graze_guess::{BranchGraze, BriefHit, GrazeGuess, graze_guess};
 pub use observables::{BranchDiagram, BranchObservable, branch_diagram, observed};
-pub(super) use trace::Follow;
+pub(super) use trace::{Extent, Follow};
 
-use by_direct::{DirectBranches, GrazeStart};
+use by_direct::DirectBranches;
 use by_map::MapBranches;
 use trace::BranchSource;
 
@@ -35,24 +35,6 @@ use crate::orbit::GrazingOrbit;
 
 /// Most work for the branch through an attractor, in products of series.
 const ATTRACTOR_WORK: u64 = MOST_WORK / 8;
-
-/// Extent to which branches of direct simulation are followed.
-#[derive(Clone, Debug)]
-pub(super) struct Extent {
-    /// Choice of the branches that other branches lead to.
-    pub(super) follow: Follow,
-    /// Graze at which branches may begin; `None`: the grazes that are found.
-    pub(super) graze: Option<GrazeStart>,
-    /// Most work for the seeds of one itinerary, in products of series.
-    pub(super) most_work: u64,
-}
-
-impl Extent {
-    /// Extent with a choice of branches, from the grazes that are found, within [`MOST_WORK`].
-    pub(super) fn to(follow: Follow) -> Self {
-        Self { follow, graze: None, most_work: MOST_WORK }
-    }
-}
 
 /// Computes the branches of the itineraries asked for, and of the itineraries that these change to
 /// at grazes and period-doublings.

@@ -18,6 +18,7 @@ use crate::analysis::continuation::{
 };
 use crate::analysis::periodic::{ContactItinerary, KeptOrbit, SectionPoints};
 use crate::analysis::progress::{Progress, Shard, place_of, resumed_if};
+use crate::analysis::work::MOST_WORK;
 use crate::iteration::{PhaseCircle, parallel};
 use crate::numeric::linear::solve;
 use crate::numeric::{Dd, converted};
@@ -284,6 +285,27 @@ pub(in crate::analysis) enum Follow {
     /// Branches of the itineraries asked for.
     Asked,
 }
+
+/// Extent to which branches of direct simulation are followed.
+#[derive(Clone, Debug)]
+pub(in crate::analysis) struct Extent {
+    /// Choice of the branches that other branches lead to.
+    pub(in crate::analysis) follow: Follow,
+    /// Graze at which branches may begin; `None`: the grazes that are found.
+    pub(in crate::analysis) graze: Option<GrazeStart>,
+    /// Most work for the seeds of one itinerary, in products of series.
+    pub(in crate::analysis) most_work: u64,
+}
+
+impl Extent {
+    /// Extent with a choice of branches, from the grazes that are found, within [`MOST_WORK`].
+    pub(in crate::analysis) fn to(follow: Follow) -> Self {
+        Self { follow, graze: None, most_work: MOST_WORK }
+    }
+}
+
+/// Graze of the orbit without contact: section point and value of the varied parameter, in offsets.
+pub(in crate::analysis) type GrazeStart = (Vec<f64>, f64);
 
 /// Branches by itinerary.
 pub(super) type Traces<X> = Vec<(ContactItinerary, Vec<TracedBranch<X>>)>;

@@ -1,0 +1,316 @@
+//! Grazes on branches of direct simulation.
+//!
+//! The graze of a passage is a border of the unknowns and is reached exactly. Any other contact
+//! begins and ends between two orbits of a branch, or ends the branch: at a rigid stop orbits with
+//! the contact vary as the root of the depth. Such a graze is found from the side without the
+//! contact, on which orbits are smooth.
+
+use nalgebra::DVector;
+
+use super::{AT_GRAZE, DirectBranches, DirectPoint, DirectTrace, in_points_of};
+use crate::analysis::branches::data::{Branch, BranchEnd, BranchLabel, BranchPoint, Special};
+use crate::analysis::branches::trace::exact_or_zero;
+use crate::analysis::continuation::{
+    ContinuationPoint, Linearised, apart, by_chords, corrected, dot, moved, tangent_at, unit_vector,
+};
+use crate::analysis::periodic::{
+    ContactItinerary, DirectOrbit, DirectOrbitEquations, FoundOrbit, OrbitContact,
+};
+use crate::numeric::{Dd, converted, last_that_holds};
+
+/// Speed below which a contact grazes, relative to its largest speed along the branch.
+const SLOW: f64 = 1e-3;
+/// Ratio of the speeds of successive orbits towards the graze of a later passage, and most orbits.
+const SLOWER: f64 = 1e-2;
+const GRAZE_STEPS: usize = 3;
+/// Bisection steps towards a graze that belongs to no passage.
+const HALVINGS: usize = 45;
+/// Largest distance of a graze from its refinement in double-double: a contact may be too weak for
+/// double precision.
+const FAR_AT_GRAZE: f64 = 1e-2;
+/// Distance along a branch, in units, within which its end grazes.
+const AHEAD: f64 = 1e-4;
+/// Largest distance, in units, of the last orbit with a contact from the graze at which it ends.
+const FAR_FROM_END: f64 = 1e-3;
+
+/// Speed of a contact, and the orbit that makes it, in double-double.
+type FinePoint = (Dd, ContinuationPoint<Dd, DirectOrbit<Dd>>);
+/// Unknowns of an orbit, the orbit, and its residuals.
+type FlownOrbit = (Vec<f64>, DirectOrbit<f64>, DVector<f64>);
+
+impl<'a> DirectBranches<'a> {
+    /// Passages with zero speed or gap at the end of a branch.
+    pub(super) fn grazing(
+        &self,
+        equations: &DirectOrbitEquations<'a, f64>,
+        point: &DirectPoint,
+    ) -> Vec<usize> {
+        let unknowns = point.unknowns.iter().enumerate();
+        let touching = unknowns.filter(|(_, value)| value.abs() <= AT_GRAZE);
+        touching.filter_map(|(unknown, _)| equations.passage_of(unknown)).collect()
+    }
+
+    /// Graze between two points of a branch at which a contact outside the passages begins or ends,
+    /// by bisection.
+    pub(super) fn graze_between(
+        &self,
+        itinerary: &ContactItinerary,
+        points: [&DirectPoint; 2],
+    ) -> Option<BranchPoint> {
+        let [from, to] = points.map(|point| point.linearised.extra.extra_contacts);
+        if from == to {
+            return None;
+        }
+        let mut equations = self.equations_with(itinerary, &points[0].linearised.extra);
+        let found = self.graze_on_chord(&mut equations, points);
+        let found = found.or_else(|| self.graze_on_tangent(&mut equations, points));
+        Some(self.at_graze(&equations, points[0], found?))
+    }
+
+    /// Graze of a stop without a passage just ahead of an end of a branch: orbits ahead make one
+    /// contact more there.
+    pub(super) fn graze_ahead(
+        &self,
+        itinerary: &ContactItinerary,
+        end: &DirectPoint,
+    ) -> Option<BranchPoint> {
+        let mut equations = self.equations_with(itinerary, &end.linearised.extra);
+        // The tangent points in the direction in which the branch was followed.
+        let outward = &end.tangent;
+        let last = last_with_its_contacts(&mut equations, end, AHEAD, outward)?;
+        let (ahead, _) = equations.flown_orbit(&moved(&last.0, outward, AHEAD))?;
+        (ahead.extra_contacts > last.1.extra_contacts).then(|| self.at_graze(&equations, end, last))
+    }
+
+    /// Ends branches at a graze where the branch without the contact ends at it.
+    ///
+    /// NOTE: with the contact, orbits vary as the root of its depth, and the last one is not at the
+    /// graze.
+    pub(super) fn end_at_grazes(&self, branches: &mut [Branch]) {
+        let is_graze = |point: &&BranchPoint| {
+            let special = point.special.as_ref();
+            special.is_some_and(|at| at.label == BranchLabel::Graze && at.grazing.is_empty())
+        };
+        let ends = branches.iter().flat_map(|branch| [branch.points.first(), branch.points.last()]);
+        let grazes: Vec<BranchPoint> = ends.flatten().filter(is_graze).cloned().collect();
+        let (along, unit) = (self.request.along, self.units.parameters[0]);
+        let apart = |graze: &BranchPoint, last: &FoundOrbit| {
+            let FoundOrbit { parameters, states, .. } = &graze.orbit;
+            let pairs = states.iter().zip(&last.states);
+            let apart = pairs.map(|(a, b)| self.image.circle().apart(a, b, &self.units.state));
+            let ahead = (parameters[along] - last.parameters[along]).abs() / unit;
+            apart.fold(ahead, f64::max)
+        };
+        for branch in branches {
+            for side in 0..2 {
+                if branch.ends[side] != BranchEnd::StepTooSmall {
+                    continue;
+                }
+                let place = if side == 0 { 0 } else { branch.points.len() - 1 };
+                let last = &branch.points[place].orbit;
+                let is_without = |graze: &&BranchPoint| {
+                    graze.orbit.itinerary == last.itinerary
+                        && graze.orbit.extra_contacts < last.extra_contacts
+                };
+                let distances = grazes.iter().filter(is_without).map(|at| (apart(at, last), at));
+                let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0));
+                let Some((_, graze)) = nearest.filter(|(distance, _)| *distance < FAR_FROM_END)
+                else {
+                    continue;
+                };
+                branch.ends[side] = BranchEnd::Graze;
+                let place = if side == 0 { 0 } else { branch.points.len() };
+                branch.points.insert(place, graze.clone());
+            }
+        }
+    }
+
+    /// Point of a branch at a graze that belongs to no passage.
+    fn at_graze(
+        &self,
+        equations: &DirectOrbitEquations<'a, f64>,
+        near: &DirectPoint,
+        (unknowns, extra, residual): FlownOrbit,
+    ) -> BranchPoint {
+        let tangent = vec![0.0; unknowns.len()];
+        let linearised = Linearised { residual, extra, ..near.linearised.clone() };
+        let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
+        let orbit = self.found(equations, &point, true);
+        let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
+        BranchPoint { orbit, special: Some(special) }
+    }
+
+    /// Orbit at such a graze, where orbits depend smoothly enough on the contact, as at a compliant
+    /// stop.
+    fn graze_on_chord(
+        &self,
+        equations: &mut DirectOrbitEquations<'a, f64>,
+        [from, to]: [&DirectPoint; 2],
+    ) -> Option<FlownOrbit> {
+        let chord = moved(&to.unknowns, &from.unknowns, -1.0);
+        let contacts = from.linearised.extra.extra_contacts;
+        let (mut shares, mut found) = ([0.0, 1.0], None);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (shares[0] + shares[1]);
+            let start = moved(&from.unknowns, &chord, middle);
+            // Derivatives by differences would mix both sides of the graze; those of the first
+            // point are used throughout.
+            let there = by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
+                equations.flown_orbit(unknowns)
+            })?;
+            shares[usize::from(there.1.extra_contacts != contacts)] = middle;
+            found = Some(there);
+        }
+        found
+    }
+
+    /// Orbit at such a graze, from the side without the contact, on which orbits are smooth.
+    fn graze_on_tangent(
+        &self,
+        equations: &mut DirectOrbitEquations<'a, f64>,
+        points: [&DirectPoint; 2],
+    ) -> Option<FlownOrbit> {
+        let contacts = |point: &DirectPoint| point.linearised.extra.extra_contacts;
+        let [from, to] = match contacts(points[0]) < contacts(points[1]) {
+            true => points,
+            false => [points[1], points[0]],
+        };
+        let chord = moved(&to.unknowns, &from.unknowns, -1.0);
+        let ahead = dot(&chord, &chord) / dot(&from.tangent, &chord);
+        last_with_its_contacts(equations, from, ahead, &chord)
+    }
+
+    /// Refines a grazing orbit to the rounding of double-double, with speed or gap zero held at the
+    /// grazing passages; also returns the derivative of the parameter by the speed of the contact
+    /// that begins, if there is exactly one.
+    pub(super) fn refined_graze(
+        &self,
+        itinerary: &ContactItinerary,
+        point: &DirectPoint,
+    ) -> Option<(FoundOrbit, Option<f64>)> {
+        let fine = self.equations_of(&self.fine, itinerary);
+        let mut fine = in_points_of(fine, &point.linearised.extra);
+        let own = |unknown: usize| fine.passage_of(unknown).is_some();
+        let grazes = |&unknown: &usize| own(unknown) && point.unknowns[unknown].abs() <= AT_GRAZE;
+        let grazing: Vec<usize> = (0..point.unknowns.len()).filter(grazes).collect();
+        let at = point.unknowns.iter().enumerate().map(|(unknown, &value)| {
+            if grazing.contains(&unknown) { Dd::ZERO } else { Dd::from(value) }
+        });
+        let at: Vec<Dd> = at.collect();
+        let normal = unit_vector(at.len(), *grazing.first()?);
+        let (unknowns, linearised) = corrected(&mut fine, &at, &at, &normal)?;
+        let slope = self.slope(&mut fine, &unknowns, &linearised, &grazing);
+        let near = apart(&converted(&unknowns), &point.unknowns) < FAR_AT_GRAZE;
+        let found = ContinuationPoint { unknowns, tangent: at, linearised, tests: Vec::new() };
+        near.then(|| (self.found(&fine, &found, true), slope))
+    }
+
+    /// Graze of a later passage at an end of a branch, where a contact becomes slow: orbits of the
+    /// branch in double-double at ever smaller speeds of that contact, and the line through the
+    /// last two of them, extended to the speed zero.
+    ///
+    /// NOTE: in double precision a contact as deep as its rounding is lost, while its speed is
+    /// still the square root of that depth, and the parameter is proportional to the speed.
+    pub(super) fn extrapolated_graze(
+        &self,
+        itinerary: &ContactItinerary,
+        (trace, end): (&DirectTrace, usize),
+        contact: [usize; 2],
+    ) -> Option<FoundOrbit> {
+        let points = &trace.points;
+        let last = &points[end].linearised.extra;
+        let slow = last.speed_of(contact)?;
+        let faster = |point: &&DirectPoint| {
+            point.linearised.extra.speed_of(contact).is_some_and(|speed| speed >= 2.0 * slow)
+        };
+        let before = match end {
+            0 => points.iter().find(faster),
+            _ => points.iter().rev().find(faster),
+        };
+        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), last);
+        let mut solved = |guess: Vec<Dd>| {
+            let normal = unit_vector(guess.len(), guess.len() - 1);
+            let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
+            let speed = linearised.extra.speed_of(contact).filter(|speed| *speed > Dd::ZERO)?;
+            let point =
+                ContinuationPoint { unknowns, tangent: guess, linearised, tests: Vec::new() };
+            Some((speed, point))
+        };
+        let mut far = solved(converted(&before?.unknowns))?;
+        let mut near = solved(converted(&points[end].unknowns))?;
+        let along_line = |far: &FinePoint, near: &FinePoint, speed: Dd| {
+            let share = (near.0 - speed) / (far.0 - near.0);
+            let pairs = near.1.unknowns.iter().zip(&far.1.unknowns);
+            pairs.map(|(&near, &far)| near + (near - far) * share).collect::<Vec<Dd>>()
+        };
+        for _ in 0..GRAZE_STEPS {
+            let speed = near.0 * Dd::from(SLOWER);
+            match solved(along_line(&far, &near, speed)) {
+                Some(next) if next.0 < near.0 => far = std::mem::replace(&mut near, next),
+                _ => break,
+            }
+        }
+        let parameters = fine.parameters(&along_line(&far, &near, Dd::ZERO));
+        let orbit = self.found(&fine, &near.1, true);
+        Some(FoundOrbit {
+            parameters: parameters.iter().map(|value| value.to_f64()).collect(),
+            ..orbit
+        })
+    }
+
+    /// Derivative of the parameter by the speed of the contact that begins at a graze; `None`
+    /// unless there is exactly one.
+    fn slope(
+        &self,
+        fine: &mut DirectOrbitEquations<'a, Dd>,
+        unknowns: &[Dd],
+        linearised: &Linearised<Dd, DirectOrbit<Dd>>,
+        grazing: &[usize],
+    ) -> Option<f64> {
+        let mut begins = grazing.iter().filter(|&&unknown| fine.begins_with_contact_at(unknown));
+        let (Some(&unknown), None) = (begins.next(), begins.next()) else { return None };
+        let by_variable = fine.speed_by_variable(unknowns, unknown)?;
+        let tangent = tangent_at(&linearised.jacobian, &unit_vector(unknowns.len(), unknown))?;
+        let parameter = exact_or_zero(tangent.last()?.to_f64()) * self.units.parameters[0];
+        let slope = parameter / (tangent[unknown] * by_variable).to_f64();
+        slope.is_finite().then_some(slope)
+    }
+}
+
+/// Last orbit that makes the contacts of `from`, at most `ahead` along its tangent, on a plane with
+/// the normal `normal`.
+fn last_with_its_contacts(
+    equations: &mut DirectOrbitEquations<'_, f64>,
+    from: &DirectPoint,
+    ahead: f64,
+    normal: &[f64],
+) -> Option<FlownOrbit> {
+    let contacts = from.linearised.extra.extra_contacts;
+    let mut last = None;
+    last_that_holds(0.0, 1.0, HALVINGS, |share| {
+        let start = moved(&from.unknowns, &from.tangent, share * ahead);
+        let there = corrected(equations, &start, &start, normal);
+        let there = there.filter(|(_, there)| there.extra.extra_contacts == contacts);
+        let holds = there.is_some();
+        if let Some((unknowns, there)) = there {
+            last = Some((unknowns, there.extra, there.residual));
+        }
+        holds
+    });
+    last
+}
+
+/// Return and passage of a contact with nearly zero speed of the orbit at the end of a branch: a
+/// contact of a passage after the section's own, whose graze is no border of the unknowns.
+pub(super) fn slow_contact(points: &[BranchPoint], end: usize) -> Option<[usize; 2]> {
+    let mut later = points[end].orbit.contacts.iter().filter(|contact| contact.passage > 0);
+    let slow = later.find(|contact| {
+        let same = |other: &&OrbitContact| {
+            (other.number, other.passage) == (contact.number, contact.passage)
+        };
+        let speeds = points.iter().filter_map(|point| point.orbit.contacts.iter().find(same));
+        let fastest = speeds.fold(0.0_f64, |most, contact| most.max(contact.speed.abs()));
+        contact.speed.abs() <= SLOW * fastest
+    })?;
+    Some([slow.number, slow.passage])
+}
