@@ -391,7 +391,11 @@ impl GrazeStudy {
                 return format!("no sign decides what follows: xi_{n} is zero, codimension two");
             }
             Expectation::NoContact => "nothing happens: contact does not differ from free flight",
-            Expectation::Finite if self.theory.contact_power == Some(2) => {
+            Expectation::Unbounded => {
+                "multipliers grow without bound next to the graze, and the orbit with contact is \
+                 unstable there"
+            }
+            Expectation::Finite if self.theory.contact_power == Some(2.0) => {
                 "the multipliers of the orbit jump by a finite amount"
             }
             Expectation::Finite => "the orbit keeps its stability",
@@ -447,14 +451,22 @@ impl GrazeStudy {
                 "theory: contact and free flight do not differ at the graze: nothing happens"
                     .to_owned()
             }
+            Expectation::Unbounded => format!(
+                "theory: the contact begins with y^{}: multipliers of the orbit with contact grow \
+                 without bound next to the graze, more slowly than at a rigid stop, and it is \
+                 unstable there",
+                theory.contact_power.unwrap_or(0.0)
+            ),
             Expectation::Finite => match theory.contact_power {
-                Some(2) => "theory: the contact begins with y²: the multipliers jump by a finite \
+                Some(2.0) => {
+                    "theory: the contact begins with y²: the multipliers jump by a finite \
                             amount at the graze, as at a corner"
-                    .to_owned(),
-                power => format!(
+                        .to_owned()
+                }
+                _ => format!(
                     "theory: the contact begins with y^{}: the multipliers are continuous at the \
                      graze, and the orbit keeps its stability there",
-                    power.unwrap_or(0)
+                    theory.contact_power.unwrap_or(0.0)
                 ),
             },
             Expectation::Jump { n } => {
@@ -590,7 +602,7 @@ mod tests {
         };
         GrazeStudy {
             theory: GrazeTheory {
-                contact_power: Some(1),
+                contact_power: Some(1.0),
                 largest_multiplier: 0.1,
                 xi: vec![1.0, 1.0, -1e-5],
                 parameter: "p".to_owned(),

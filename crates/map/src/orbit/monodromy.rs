@@ -10,7 +10,7 @@ use super::piecewise::PiecewiseFlow;
 use super::section::{Geometry, LocalGeometry, PoincareSection, PoincareSectionKind, dot, reduced};
 use super::system::ExtendedSystem;
 use crate::flow::{Field, Integrator};
-use crate::model::{Model, Response};
+use crate::model::{Model, Node, NodeId, Response};
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, Scalar};
 
@@ -230,6 +230,14 @@ pub(super) enum Stretch {
         /// The first power of time at which they differ.
         power: usize,
     },
+    /// A difference of contact and free field that is no series in time where the contact begins,
+    /// as that of a force `k d^p`.
+    Rough {
+        /// Power of the depth variable `y` with which the difference begins, `2p` for such a force.
+        power: f64,
+        /// The contact field.
+        field: Vec<NodeId>,
+    },
     /// Contact and free field do not differ.
     None,
 }
@@ -246,6 +254,13 @@ impl Stretch {
         let Response::Contact { field, .. } = &model.surfaces[surface].response else {
             return Ok(Self::Reset);
         };
+        if is_rough(model, field, state, parameters) {
+            return Ok(match rough_power(model, field, local, state, parameters) {
+                None => Self::None,
+                Some(0.0) => Self::Jump,
+                Some(power) => Self::Rough { power, field: field.clone() },
+            });
+        }
         if jump_per_speed(local).is_some() {
             return Ok(Self::Jump);
         }
@@ -279,6 +294,11 @@ impl Stretch {
                     .collect();
                 Some(outwards(local, &difference))
             }
+            Self::Rough { field, .. } => {
+                let depth = S::from_f64(S::ROUNDOFF.sqrt()) * size_of(state);
+                let difference = local.difference_at(field, state, parameters, depth);
+                Some(outwards(local, &difference))
+            }
             Self::None => None,
         };
         Ok(per_speed.map(|stretch| scaled(&stretch, local.acceleration())))
@@ -294,6 +314,69 @@ fn outwards<S: Real>(local: &LocalGeometry<'_, S>, vector: &[S]) -> Vec<S> {
     let lengths = (dot(velocity, velocity) * dot(vector, vector)).sqrt();
     let along = normal.magnitude() <= NO_JUMP * lengths.magnitude();
     scaled(vector, S::one() / if along { lengths } else { normal })
+}
+
+/// Value of an argument, relative to the state and the parameters, that counts as 0.
+const VANISHING: f64 = 1e-13;
+/// Pairs of depths, relative to the state's size, at which a difference of fields is compared: the
+/// smallest ones at which it is resolved.
+const DEPTHS: [[f64; 2]; 4] = [[1e-18, 1e-20], [1e-12, 1e-14], [1e-7, 1e-8], [1e-4, 1e-5]];
+/// Least difference of fields that is resolved, relative to the free field: far above the rounding
+/// of double-double.
+const RESOLVED: f64 = 1e-27;
+/// Distance of a measured power from one that the law can have, up to which it is that one.
+const SAME_POWER: f64 = 1e-2;
+
+/// Whether a contact field has a root, a logarithm or a real power of an argument that vanishes at
+/// a state.
+fn is_rough(model: &Model, field: &[NodeId], state: &[Dd], parameters: &[Dd]) -> bool {
+    let inputs: Vec<Dd> = state.iter().chain(parameters).copied().collect();
+    let mut values = Vec::new();
+    model.graph.evaluate(&inputs, &mut values);
+    let size = inputs.iter().fold(1.0_f64, |size, value| size.max(value.magnitude()));
+    let vanishes = |node: NodeId| values[node.index()].magnitude() <= VANISHING * size;
+    let singular = field.iter().flat_map(|&node| model.graph.singular_operations(node));
+    singular.into_iter().any(|operation| vanishes(operation.argument))
+}
+
+/// Power of the depth variable with which the difference of contact and free field begins: the
+/// lowest of its components' slopes, in logarithms, between two depths. `None` if no power is known.
+fn rough_power(
+    model: &Model,
+    field: &[NodeId],
+    local: &LocalGeometry<'_, Dd>,
+    state: &[Dd],
+    parameters: &[Dd],
+) -> Option<f64> {
+    let size = size_of(state);
+    let resolved =
+        RESOLVED * local.flow().iter().fold(0.0, |most: f64, rate| most.max(rate.magnitude()));
+    let measured = DEPTHS.iter().find_map(|depths| {
+        let [near, far] = depths
+            .map(|depth| local.difference_at(field, state, parameters, Dd::from(depth) * size));
+        let pairs = near.iter().zip(&far).filter(|(_, far)| far.magnitude() > resolved);
+        let slopes = pairs.map(|(near, far)| {
+            2.0 * (near.magnitude() / far.magnitude()).ln() / (depths[0] / depths[1]).ln()
+        });
+        slopes.min_by(f64::total_cmp)
+    });
+    let exponents = model.graph.nodes().iter().filter_map(|node| match *node {
+        Node::PowerReal(_, exponent) => Some(2.0 * exponent.to_f64()),
+        _ => None,
+    });
+    let Some(measured) = measured else { return exponents.min_by(f64::total_cmp) };
+    // A power of the rate beside that of the penetration adds to it.
+    let possible = exponents.flat_map(|exponent| [exponent, exponent + 1.0, exponent + 2.0]);
+    let possible = possible.chain([measured.round()]);
+    let apart = |power: &f64| (power - measured).abs();
+    let nearest = possible.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    Some(if apart(&nearest) <= SAME_POWER { nearest } else { measured })
+}
+
+/// Size of the components of a state, at least that of a unit if all vanish.
+fn size_of<S: Scalar>(state: &[S]) -> S {
+    let size = state.iter().fold(0.0_f64, |size, value| size.max(value.magnitude()));
+    S::from_f64(if size > 0.0 { size } else { 1.0 })
 }
 
 /// First power of time at which the contact field differs from the free one, among those that an

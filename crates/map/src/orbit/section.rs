@@ -225,10 +225,42 @@ impl<S: Scalar> LocalGeometry<'_, S> {
         self.geometry.contact.as_ref().map(|field| self.values(field))
     }
 
+    /// Difference of a contact field and the free field at a penetration `depth` on the way in, beside
+    /// the grazing point `state`, where the approach would reach twice that depth.
+    pub(super) fn difference_at(
+        &self,
+        field: &[NodeId],
+        state: &[S],
+        parameters: &[S],
+        depth: S,
+    ) -> Vec<S> {
+        let dimension = self.dimension();
+        let (event, velocity) = (self.event_gradient(), self.velocity_gradient());
+        let (event, velocity) = (&event[..dimension], &velocity[..dimension]);
+        let rate = (S::from_f64(2.0) * self.acceleration() * depth).sqrt();
+        let [along, across] = duals(event, velocity);
+        let moved = state.iter().zip(along.iter().zip(&across));
+        let moved = moved.map(|(&at, (&along, &across))| at - depth * along - rate * across);
+        let there = self.geometry.at(&moved.collect::<Vec<_>>(), parameters);
+        let fields = there.values(field).into_iter().zip(there.flow());
+        fields.map(|(contact, free)| contact - free).collect()
+    }
+
     /// Length of the full state.
     pub(super) fn dimension(&self) -> usize {
         self.geometry.dimension
     }
+}
+
+/// Vectors in the plane of two others, each with the product 1 with its own and 0 with the other.
+fn duals<S: Scalar>(a: &[S], b: &[S]) -> [Vec<S>; 2] {
+    let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+    let area = aa * bb - ab * ab;
+    let pairs = || a.iter().zip(b);
+    [
+        pairs().map(|(&a, &b)| (a * bb - b * ab) / area).collect(),
+        pairs().map(|(&a, &b)| (b * aa - a * ab) / area).collect(),
+    ]
 }
 
 /// Scalar product of two vectors.

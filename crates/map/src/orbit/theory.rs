@@ -13,7 +13,7 @@
 //! literature; here for any number. None of this holds for a stop whose contact begins with a
 //! higher power of `y`. See docs/mathematics/dynamics.md.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::curve_context::{CurveContext, NOISE, reach, start};
 use super::effort::Effort;
@@ -39,9 +39,10 @@ const MOST_TERMS: usize = 100_000;
 /// Multipliers and conditions of a graze, and the predictions that follow from them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GrazeTheory {
-    /// Leading power of the depth variable `y` in the contact: 1 for a square root of the depth;
-    /// `None` if contact has no effect.
-    pub contact_power: Option<usize>,
+    /// Leading power of the depth variable `y` in the contact: 1 for a square root of the depth,
+    /// `2p + 1` for a force `k d^p`; `None` if contact has no effect.
+    #[serde(serialize_with = "whole_or_real")]
+    pub contact_power: Option<f64>,
     /// Magnitude of the largest multiplier of the orbit without contact.
     pub largest_multiplier: f64,
     /// `xi_1, xi_2, …`, as many as the longest one-contact orbit considered has returns.
@@ -107,7 +108,10 @@ pub enum Expectation {
     },
     /// Contact and free flight do not differ at the graze.
     NoContact,
-    /// The contact begins with a power of `y` above 1. Multipliers stay finite: they change
+    /// The contact begins with a power of `y` between 1 and 2. The multipliers of the orbit with
+    /// contact grow beyond all bounds next to the graze.
+    Unbounded,
+    /// The contact begins with a power of `y` of at least 2. Multipliers stay finite: they change
     /// abruptly for `y²`, gradually for higher powers.
     Finite,
     /// A condition is negative: the attractor near the graze is lost, and the motion jumps.
@@ -149,8 +153,9 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
     let system = ExtendedSystem::new(scene, Grazes::of(scene)?, orbit.parameters(), free);
     let stretch = stretches(scene, &system, &orbit.passages)?;
     let contact_power = match stretch.first() {
-        Some(Stretch::Reset | Stretch::Jump) => Some(1),
-        Some(Stretch::Difference { power, .. }) => Some(power + 1),
+        Some(Stretch::Reset | Stretch::Jump) => Some(1.0),
+        Some(Stretch::Difference { power, .. }) => Some((power + 1) as f64),
+        Some(Stretch::Rough { power, .. }) => Some(power + 1.0),
         Some(Stretch::None) | None => None,
     };
     let [re, im] = orbit.multipliers.first().copied().unwrap_or_default();
@@ -174,7 +179,8 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
         None => Expectation::NoContact,
         Some(_) if (theory.largest_multiplier - 1.0).abs() <= NOISE => Expectation::Neutral,
         Some(_) if theory.largest_multiplier >= 1.0 => Expectation::Unstable,
-        Some(2..) => Expectation::Finite,
+        Some(2.0..) => Expectation::Finite,
+        Some(power) if power > 1.0 => Expectation::Unbounded,
         Some(_) => {
             let noise = condition_noise(&system, &stretch, orbit)?;
             let conditions = Conditions::new(&theory.xi, &noise, &orbit.multipliers);
@@ -197,6 +203,14 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
         }
     }
     Ok(theory)
+}
+
+/// Writes a power as a whole number if it is one.
+fn whole_or_real<S: Serializer>(power: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    match *power {
+        Some(power) if power.fract() == 0.0 => serializer.serialize_some(&(power as u64)),
+        power => power.serialize(serializer),
+    }
 }
 
 /// Rounding of each condition of the orbit: a value not larger in magnitude has no sign.
