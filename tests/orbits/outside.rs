@@ -149,6 +149,84 @@ fn signs_of_rounding_are_not_stated() {
     assert!(theory.orbits.is_empty() && theory.unfolding.is_empty());
 }
 
+/// A linear oscillator whose stop pushes with powers of the penetration.
+const POWERS: &str = r#"
+[model]
+name = "a stop with a power law"
+states = ["x", "v"]
+parameters = { z = 0.02, k = 1.0, c = 0.3, f = 0.3, w = 0.8 }
+phase = { name = "th", rate = "w", period = "2*pi" }
+[model.flow]
+x = "v"
+v = "f*cos(th) - 2*z*v - x"
+[[model.surface]]
+name = "stop"
+event = "1 - x"
+contact = { v = "free - FORCE" }
+[grazing]
+solve_for = "f"
+"#;
+
+/// A force `k d^p` acts for a time as `y`, at a penetration as `y^2`: its kick begins with
+/// `y^(2p + 1)`, whatever the sign of rounding of the penetration at the graze.
+#[test]
+fn the_verdict_of_a_power_law_knows_its_power() {
+    let cases = [
+        ("k*d^0.3", 1.6, Expectation::Unbounded),
+        ("k*d^0.5", 2.0, Expectation::Finite),
+        ("k*sqrt(d)", 2.0, Expectation::Finite),
+        ("k*d^0.75", 2.5, Expectation::Finite),
+        ("k*d^1.1 + k*d", 3.0, Expectation::Finite),
+        ("k*d^1.5*(1 + c*v)", 4.0, Expectation::Finite),
+        ("k*d^2.5", 6.0, Expectation::Finite),
+        ("k*d^3.7", 8.4, Expectation::Finite),
+        ("k*d^1.5 + c*v", 2.0, Expectation::Finite),
+        ("k*d^1.5*v", 5.0, Expectation::Finite),
+    ];
+    for (force, power, expectation) in cases {
+        for w in ["0.5", "0.6", "0.8", "0.9", "1.3"] {
+            let scene = parsed(&POWERS.replace("FORCE", force), "power", &[("w", w)]);
+            let theory = graze_theory(&scene, &orbit(&scene)).expect("an orbit");
+            let found = theory.contact_power.expect("a power");
+            assert!((found - power).abs() < 1e-12, "{force}, w = {w}: {found}");
+            assert_eq!(theory.expectation, expectation, "{force}, w = {w}");
+        }
+    }
+}
+
+/// A follower at rest, which a cam of the lift `b` just touches: `b = D`, `h'' = b w^2`.
+#[test]
+fn a_follower_at_rest_grazes_its_cam() {
+    let text = r#"
+[model]
+name = "cam and follower"
+states = ["x", "v"]
+parameters = { z = 0.1, b = 0.9, w = 1.3, r = 0.5, D = 1.0 }
+phase = { name = "th", rate = "w", period = "2*pi" }
+[model.flow]
+x = "v"
+v = "-2*z*v - x"
+[[model.surface]]
+name = "cam"
+event = "x + D - b*cos(th)"
+impact = { v = "-r*v - (1 + r)*b*w*sin(th)" }
+[grazing]
+solve_for = "b"
+"#;
+    for (lift, of) in [("1.0", 1.0), ("1e-5", 1e-5), ("3e4", 3e4)] {
+        let start = (0.9 * of).to_string();
+        let scene = parsed(text, "cam", &[("D", lift), ("b", &start)]);
+        let orbit = orbit(&scene);
+        let found = orbit.parameters()[index(&scene, "b")].to_f64();
+        let bent = orbit.grazing_point().normal_acceleration.to_f64();
+        assert!((found / of - 1.0).abs() < 1e-14, "{found:e}");
+        assert!((bent / (of * 1.69) - 1.0).abs() < 1e-12, "{bent:e}");
+        // Of the free oscillator: exp(-z T ± i sqrt(1 - z²) T).
+        let [re, im] = orbit.multipliers[0];
+        assert!((re.hypot(im) - (-0.2 * std::f64::consts::PI / 1.3).exp()).abs() < 1e-12);
+    }
+}
+
 #[test]
 fn an_orbit_without_damping_is_neutral() {
     let scene = outside("resonant_graze", &[("c", "0"), ("omega", "2.8"), ("F", "6.0")]);

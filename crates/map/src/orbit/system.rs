@@ -31,6 +31,8 @@ pub(super) enum Matching {
     AtMiddle,
 }
 
+/// Size of an orbit at rest, relative to the way of the surface: rounding.
+const AT_REST: f64 = 1e-12;
 /// Largest number of steps of a flight whose work is not counted.
 const MAX_STEPS: usize = 100_000;
 
@@ -222,15 +224,23 @@ impl ExtendedSystem {
     }
 
     /// Unit of the states: from the size of the states and, because states may vanish at a graze,
-    /// of their rates times `T/2π`.
+    /// of their rates times `T/2π`. An orbit at rest in 0 has neither: its unit is how far the
+    /// surface moves with the adjusted parameters.
     pub(super) fn length(&self, unknowns: &[f64]) -> f64 {
         let state = &unknowns[..self.dimension];
         let parameters = self.parameters(unknowns);
         let (period, _) = self.period_and_slopes(unknowns, &parameters);
-        let rates = self.geometries[0].at(state, &parameters).flow();
+        let local = self.geometries[0].at(state, &parameters);
+        let rates = local.flow();
         let reached = rates.iter().map(|rate| rate * period / TAU);
         let sizes = state[..self.states].iter().copied().chain(reached.take(self.states));
-        unit_of(sizes.fold(0.0, |size, value| value.abs().max(size)))
+        let size = sizes.fold(0.0, |size, value| value.abs().max(size));
+        let slopes = local.event_gradient();
+        let (by_state, by_parameter) = slopes.split_at(self.dimension);
+        let steepest = by_state.iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+        let moves = self.free.iter().map(|&free| (by_parameter[free] * parameters[free]).abs());
+        let moves = moves.fold(0.0, f64::max) / steepest;
+        unit_of(if size <= AT_REST * moves { moves } else { size })
     }
 
     /// The system in units: that of the states, and the size of each adjusted parameter.
