@@ -39,7 +39,11 @@ pub struct SafetyListing {
     /// Parameter along which the attractors are followed.
     pub along: String,
     /// Number of starts of direct simulation.
-    pub starts: u32,
+    pub starts: usize,
+    /// Share of the starts without a return: beyond a stop, where no flight leads, or at rest.
+    pub no_image: f64,
+    /// Share of the starts whose motion goes beyond the bounds of what is followed.
+    pub escaped: f64,
 }
 
 /// Interval of a parameter, about the scene's value, in which no graze was found.
@@ -177,9 +181,25 @@ impl SafetyListing {
                 self.starts,
                 self.attractor_table().to_text()
             ));
+            text.push_str(&self.lost_words());
             text.push_str(&self.ends_explained());
         }
         text
+    }
+
+    /// Line on the starts that come to no attractor; empty if all come to one.
+    fn lost_words(&self) -> String {
+        let said = [
+            (self.no_image, "have no return: they lie beyond a stop, or at rest"),
+            (self.escaped, "go beyond the bounds of what is followed"),
+        ];
+        let said = said.into_iter().filter(|(share, _)| *share > 0.0);
+        let said: Vec<String> =
+            said.map(|(share, what)| format!("{} {what}", significant(share, 4))).collect();
+        match said.is_empty() {
+            true => String::new(),
+            false => format!("of the states, {}\n", said.join("; ")),
+        }
     }
 
     /// Table of the attractors, for people.
@@ -365,8 +385,9 @@ impl SafetyListing {
             return page;
         }
         let caption = format!(
-            "Attractors at the scene’s values, by direct simulation from {} states. {}",
+            "Attractors at the scene’s values, by direct simulation from {} states. {}{}",
             self.starts,
+            self.lost_words().replace('\n', ". "),
             self.ends_explained().trim_end()
         );
         page.section(

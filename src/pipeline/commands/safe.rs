@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::diagram::Sweep;
-use crate::analysis::{PartProgress, Progress, SubProgress};
+use crate::analysis::{MotionEvents, PartProgress, Progress, SubProgress, TimeSeriesRequest};
+use crate::iteration::OrbitEnd;
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
 use crate::orbit::{Location, MarginOutcome, locate, margin, watched_margin};
@@ -118,8 +119,8 @@ impl SafeKeys {
             true => None,
             false => Some(tolerance_box(scene, &tolerances, &corners, progress)?),
         };
-        let attractors = match self.points {
-            0 => Vec::new(),
+        let found = match self.points {
+            0 => FoundAttractors::default(),
             points => attractors(scene, adjusted, points as usize, progress)?,
         };
         let surface = &scene.model.surfaces[scene.grazing.passages[0]].name;
@@ -128,9 +129,11 @@ impl SafeKeys {
             clears,
             intervals,
             tolerance,
-            attractors,
+            attractors: found.attractors,
             along: scene.model.parameters[adjusted].name.clone(),
-            starts: self.points * self.points,
+            starts: found.starts,
+            no_image: found.no_image,
+            escaped: found.escaped,
         };
         let document = to_json(&Document::new(DocumentKind::Safety, scene, &listing))?;
         let text = listing.text(&scene.identifier);
@@ -258,6 +261,15 @@ fn tolerance_box(
     Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
 }
 
+/// Attractors that starts come to, and shares of the starts that come to none.
+#[derive(Default)]
+struct FoundAttractors {
+    attractors: Vec<OtherAttractor>,
+    starts: usize,
+    no_image: f64,
+    escaped: f64,
+}
+
 /// Attractors at the scene's values, by direct simulation from every state of a grid; those with
 /// the largest shares with the interval of the adjusted parameter in which they exist.
 fn attractors(
@@ -265,10 +277,10 @@ fn attractors(
     adjusted: usize,
     points: usize,
     progress: &dyn Progress,
-) -> Result<Vec<OtherAttractor>, Error> {
+) -> Result<FoundAttractors, Error> {
     let simulated = part(progress);
     let Some(along) = scene.expansion.active.iter().position(|&active| active == adjusted) else {
-        return Ok(Vec::new());
+        return Ok(FoundAttractors::default());
     };
     let map = Source::Scene(Box::new(scene.clone())).free_flight()?;
     let own = scene.model.parameters[adjusted].value;
@@ -313,7 +325,7 @@ fn attractors(
         direction: SweepDirection::Up,
         with: vec![Method::Direct],
     };
-    let mut found: Vec<OtherAttractor> = Vec::new();
+    let mut all = FoundAttractors { starts: count, ..FoundAttractors::default() };
     simulated.expect(count as u64);
     let blocks = (0..count).step_by(BLOCK).map(|first| first..count.min(first + BLOCK));
     for (number, block) in blocks.enumerate() {
@@ -323,52 +335,100 @@ fn attractors(
         let diagram = map.diagram_with(&request, &SubProgress::new(&own, number))?;
         let share = 1.0 / count as f64;
         for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
-            enter(&mut found, sweep, start, share);
+            all.enter(sweep, start, share);
         }
     }
     drop(simulated);
+    let state_of = |attractor: &OtherAttractor| {
+        let mut state = vec![0.0; components.len()];
+        state.iter_mut().zip(&attractor.start.0).for_each(|(own, (_, offset))| *own = *offset);
+        state
+    };
+    let at = following(&map, along, offset).at;
+    let found = &mut all.attractors;
+    join_motions(scene, &map, found, &|attractor| TimeSeriesRequest {
+        start: state_of(attractor),
+        parameters: at.clone(),
+        settle: TRANSIENT,
+        returns: 2 * LONGEST,
+        samples: 1,
+    })?;
     found.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
     let periodic = found.iter_mut().filter(|attractor| attractor.orbit.is_some()).take(FOLLOWED);
     let periodic: Vec<&mut OtherAttractor> = periodic.collect();
     progress.expect(periodic.len() as u64 * PartProgress::UNITS);
     for attractor in periodic {
-        let mut state = vec![0.0; components.len()];
-        state.iter_mut().zip(&attractor.start.0).for_each(|(own, (_, offset))| *own = *offset);
-        let request = following(&map, along, offset);
+        let (request, state) = (following(&map, along, offset), state_of(attractor));
         if let Some(branch) = map.attractor_branch(&request, &state, &part(progress))? {
             let [from, to] = ends(&branch, along, &map.orbit().parameters()[adjusted]);
             (attractor.from, attractor.to) = (Some(from), Some(to));
         }
     }
-    Ok(found)
+    Ok(all)
 }
 
-/// Counts the attractor on which a sweep settled from a start, with its share of all starts. A
-/// sweep that did not settle counts for none.
-fn enter(found: &mut Vec<OtherAttractor>, sweep: &Sweep, start: &[(&str, f64)], share: f64) {
-    let Some(point) = sweep.points.first().filter(|point| point.kept == KEPT) else {
-        return;
-    };
-    let speed = point.values.iter().copied().filter(|speed| speed.is_finite());
-    let speed = speed.reduce(f64::max).filter(|speed| *speed > 0.0);
-    let orbit = point.orbit.as_ref().map(ToString::to_string);
-    let is_same = |other: &OtherAttractor| {
-        let speeds = [speed, other.impact_speed].map(Option::unwrap_or_default);
-        let apart = (speeds[0] - speeds[1]).abs();
-        // Attractors without a period are told apart by nothing that is sharp.
-        other.orbit == orbit && (orbit.is_none() || apart <= SAME_SPEED * (1.0 + speeds[0]))
-    };
-    match found.iter_mut().find(|other| is_same(other)) {
-        Some(known) => known.fraction += share,
-        None => found.push(OtherAttractor {
-            orbit,
-            fraction: share,
-            impact_speed: speed,
-            start: Named::new(start.iter().copied()),
-            from: None,
-            to: None,
-        }),
+impl FoundAttractors {
+    /// Counts the attractor on which a sweep settled from a start, with its share of all starts.
+    fn enter(&mut self, sweep: &Sweep, start: &[(&str, f64)], share: f64) {
+        let Some(point) = sweep.points.first() else { return };
+        if point.kept < KEPT {
+            match point.end {
+                OrbitEnd::NoImage { .. } => self.no_image += share,
+                _ => self.escaped += share,
+            }
+            return;
+        }
+        let speed = point.values.iter().copied().filter(|speed| speed.is_finite());
+        let speed = speed.reduce(f64::max).filter(|speed| *speed > 0.0);
+        let orbit = point.orbit.as_ref().map(ToString::to_string);
+        let is_same = |other: &OtherAttractor| {
+            let speeds = [speed, other.impact_speed].map(Option::unwrap_or_default);
+            let apart = (speeds[0] - speeds[1]).abs();
+            // Attractors without a period are told apart by nothing that is sharp.
+            other.orbit == orbit && (orbit.is_none() || apart <= SAME_SPEED * (1.0 + speeds[0]))
+        };
+        match self.attractors.iter_mut().find(|other| is_same(other)) {
+            Some(known) => known.fraction += share,
+            None => self.attractors.push(OtherAttractor {
+                orbit,
+                fraction: share,
+                impact_speed: speed,
+                start: Named::new(start.iter().copied()),
+                from: None,
+                to: None,
+            }),
+        }
     }
+}
+
+/// Joins attractors that are one motion, which may have several points on a tangency section, and
+/// gives each the largest speed of all contacts of its motion; `flight` is the simulation of one.
+fn join_motions(
+    scene: &Scene,
+    map: &Map,
+    found: &mut Vec<OtherAttractor>,
+    flight: &dyn Fn(&OtherAttractor) -> TimeSeriesRequest,
+) -> Result<(), Error> {
+    let mut joined: Vec<(OtherAttractor, Option<MotionEvents>)> = Vec::new();
+    for mut attractor in found.drain(..) {
+        let motion = match attractor.orbit {
+            Some(_) => MotionEvents::of(scene, map.orbit(), &flight(&attractor))?,
+            None => None,
+        };
+        if let Some(motion) = &motion {
+            attractor.impact_speed = Some(motion.impact_speed()).filter(|speed| *speed > 0.0);
+            let known = joined
+                .iter_mut()
+                .find(|(_, known)| known.as_ref().is_some_and(|known| known.is_same(motion)));
+            if let Some((known, _)) = known {
+                known.fraction += attractor.fraction;
+                continue;
+            }
+        }
+        joined.push((attractor, motion));
+    }
+    found.extend(joined.into_iter().map(|(attractor, _)| attractor));
+    Ok(())
 }
 
 /// Request for the branch through an attractor at an offset of the parameter `along`: as far as the

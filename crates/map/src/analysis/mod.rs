@@ -19,6 +19,7 @@ mod free_flight;
 mod image;
 pub mod loci;
 mod memory;
+mod motion;
 pub mod noise;
 pub mod orbits;
 mod pace;
@@ -46,6 +47,7 @@ pub use memory::{
     atlas_bytes, basin_bytes, batch_bytes, chart_bytes, charts_bytes, diagram_bytes,
     diagrams_bytes, image_bytes, noise_bytes, orbit_bytes, series_bytes,
 };
+pub use motion::MotionEvents;
 pub use pace::seconds_per_return;
 pub(crate) use progress::place_of;
 pub use progress::{

@@ -15,14 +15,16 @@ use serde::{Deserialize, Serialize};
 
 use super::diagram::{SweepSubject, Timing};
 use super::error::{AnalysisError, active_place, check_length, coordinate_place};
+use super::motion::MotionEvents;
 use super::periodic::ContactItinerary;
 use super::progress::{Progress, Shard, given};
 use super::refinement::{Tiles, first_asked, neighbours, refine, refine_share};
 use super::section_frame::{EscapeBound, escape_bounds, itinerary};
+use super::time_series::TimeSeriesRequest;
 use crate::expansion::LocalMap;
-use crate::iteration::{OrbitName, OrbitRequest, Period};
+use crate::iteration::{OrbitName, OrbitRequest, Period, parallel};
 use crate::model::{BasinPlan, Digest, Method, Scene, even_offsets};
-use crate::orbit::GrazingOrbit;
+use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 use manifolds::{ManifoldPlane, manifolds};
 use search::BasinSearch;
 
@@ -381,7 +383,9 @@ pub fn basin(
         let (computed, probes) = (cells.computed(), cells.probes());
         (cells.into_cells(|class| class), computed, probes)
     };
-    let (attractors, classes) = ranked(search.attractors(), classes);
+    let attractors = search.attractors();
+    let motions = first_of_each_motion((scene, orbit), request, &attractors)?;
+    let (attractors, classes) = ranked(&attractors, &motions, classes);
     let borders = grid.borders(&classes);
     let subjects = (scene, orbit, map);
     let plane = ManifoldPlane {
@@ -467,20 +471,53 @@ pub fn basin_share(
     Ok(())
 }
 
-/// Sorts attractors by their number of cells and renumbers the cells.
+/// First attractor of the motion of each attractor: on a tangency section the flight of one may
+/// pass through the section points of others.
+fn first_of_each_motion(
+    (scene, orbit): (&Scene, &GrazingOrbit),
+    request: &BasinRequest,
+    attractors: &[Attractor],
+) -> Result<Vec<usize>, AnalysisError> {
+    let alone = (0..attractors.len()).collect();
+    if orbit.section.kind != PoincareSectionKind::Tangency || request.method == Method::Map {
+        return Ok(alone);
+    }
+    let motions = parallel::try_map(attractors, |attractor| {
+        if attractor.period == Period::NotFound {
+            return Ok(None);
+        }
+        // Without forcing a return may take longer than the nominal one.
+        let returns = 2 * attractor.states.len();
+        let (start, parameters) = (attractor.states[0].clone(), request.parameters.clone());
+        let flight = TimeSeriesRequest { start, parameters, settle: 0, returns, samples: 1 };
+        MotionEvents::of(scene, orbit, &flight)
+    })?;
+    let first = |number: usize| {
+        let mut earlier = motions[..number].iter();
+        let own = motions[number].as_ref()?;
+        earlier.position(|motion| motion.as_ref().is_some_and(|motion| motion.is_same(own)))
+    };
+    Ok(alone.into_iter().map(|number| first(number).unwrap_or(number)).collect())
+}
+
+/// Sorts attractors by their number of cells and renumbers the cells; `motions` has the attractor
+/// that stands for each.
 fn ranked(
-    attractors: Vec<Attractor>,
+    attractors: &[Attractor],
+    motions: &[usize],
     mut classes: Vec<BasinClass>,
 ) -> (Vec<Attractor>, Vec<BasinClass>) {
     let mut counts = vec![0; attractors.len()];
-    for class in &classes {
+    for class in &mut classes {
         if let BasinClass::Attractor(number) = class {
+            *number = motions[*number];
             counts[*number] += 1;
         }
     }
-    let mut order: Vec<usize> = (0..attractors.len()).collect();
+    let mut order: Vec<usize> =
+        (0..attractors.len()).filter(|&number| motions[number] == number).collect();
     order.sort_by_key(|&number| std::cmp::Reverse(counts[number]));
-    let mut rank = vec![0; order.len()];
+    let mut rank = vec![0; attractors.len()];
     order.iter().enumerate().for_each(|(place, &number)| rank[number] = place);
     for class in &mut classes {
         if let BasinClass::Attractor(number) = class {

@@ -1,0 +1,91 @@
+//! Events of a motion, by which motions are told apart.
+//!
+//! On a tangency section a motion with several minima of the gap in one return has as many section
+//! points, each a fixed point of its own. The events of their flights are the same.
+
+use super::error::AnalysisError;
+use super::progress::NoProgress;
+use super::section_frame::Values;
+use super::time_series::{TimeSeriesRequest, time_series};
+use crate::hybrid::MomentEvent;
+use crate::model::{NodeId, Scene};
+use crate::orbit::GrazingOrbit;
+
+/// Contacts of a motion, and minima of its gaps.
+#[derive(Clone, Debug)]
+pub struct MotionEvents {
+    /// Surface (index) and full state just before each event, the phase from 0 to its period.
+    events: Vec<(usize, Vec<f64>)>,
+    /// Component that is the phase, and its period.
+    phase: Option<(usize, f64)>,
+    impact_speed: f64,
+}
+
+/// Largest difference of a component, relative to its size along the motion, within which events
+/// are one.
+const SAME: f64 = 1e-5;
+
+impl MotionEvents {
+    /// Events of a simulation; `None` if it ends early.
+    ///
+    /// # Errors
+    ///
+    /// As [`time_series`].
+    pub fn of(
+        scene: &Scene,
+        orbit: &GrazingOrbit,
+        request: &TimeSeriesRequest,
+    ) -> Result<Option<Self>, AnalysisError> {
+        let series = time_series(scene, orbit, request, &NoProgress)?;
+        if series.early_end.is_some() {
+            return Ok(None);
+        }
+        let model = &scene.model;
+        let velocities = model.surfaces.iter().map(|surface| surface.normal_velocity);
+        let velocities: Vec<NodeId> = velocities.collect();
+        let mut velocities = Values::<f64>::new(model, &model.graph, &velocities);
+        let (mut events, mut impact_speed) = (Vec::new(), 0.0_f64);
+        for row in series.points {
+            match row.event {
+                Some((MomentEvent::Impact | MomentEvent::Contact, surface)) => {
+                    let there = velocities.evaluate(&row.state, &series.parameters);
+                    impact_speed = impact_speed.max(-there.get(surface));
+                    events.push((surface, row.state));
+                }
+                Some((MomentEvent::Minimum, surface)) => events.push((surface, row.state)),
+                Some((MomentEvent::Release, _)) | None => {}
+            }
+        }
+        let phase = model.phase.as_ref();
+        let phase = phase.map(|phase| (model.states.len(), phase.period.to_f64()));
+        Ok(Some(Self { events, phase, impact_speed }))
+    }
+
+    /// Largest normal speed of a contact; 0 without contact.
+    pub fn impact_speed(&self) -> f64 {
+        self.impact_speed
+    }
+
+    /// Whether the motion passes through the last event of another one. Both cover a period.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let Some((surface, there)) = other.events.last() else { return self.events.is_empty() };
+        let size = |component: usize| match self.phase {
+            Some((phase, period)) if phase == component => period,
+            _ => self.events.iter().fold(0.0_f64, |most, (_, at)| most.max(at[component].abs())),
+        };
+        let sizes: Vec<f64> = (0..there.len()).map(size).collect();
+        self.events.iter().any(|(of, here)| {
+            of == surface
+                && here.iter().zip(there).enumerate().all(|(component, (a, b))| {
+                    let apart = match self.phase {
+                        Some((phase, period)) if phase == component => {
+                            let turns = (a - b) / period;
+                            (turns - turns.round()) * period
+                        }
+                        _ => a - b,
+                    };
+                    apart.abs() <= SAME * sizes[component]
+                })
+        })
+    }
+}
