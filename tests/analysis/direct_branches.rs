@@ -3,11 +3,12 @@
 
 use std::f64::consts::TAU;
 
+use grazemap::analysis::basin::BasinRequest;
 use grazemap::analysis::branches::{
     Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches,
 };
 use grazemap::analysis::periodic::{ContactItinerary, FoundOrbit};
-use grazemap::analysis::{NoProgress, escape_bounds};
+use grazemap::analysis::{MotionEvents, NoProgress, TimeSeriesRequest, escape_bounds};
 use grazemap::numeric::Dd;
 use grazemap::pipeline::{SafeKeys, Source};
 use grazemap::prelude::{FindGraze, Map, Scene};
@@ -443,6 +444,187 @@ fn safety_tells_from_which_fold_an_attractor_exists() {
         .collect();
     for name in ["safe.svg", "safe.html", "safe_attractors.csv"] {
         assert!(names.iter().any(|found| found == name), "{names:?}");
+    }
+}
+
+/// Both maxima of a period lie on the tangency section, and each is a point of its own there: they
+/// are one motion, whose hits have the speeds 0.915020 and 1.884269.
+#[test]
+fn a_motion_with_two_section_points_is_one_attractor() {
+    let scene = scene_with("two_sided", &[("dr", "2.2")]);
+    let keys = SafeKeys { points: 6, ..SafeKeys::default() };
+    let answer = keys.answer(&scene, &NoProgress).expect("an answer");
+    let document: serde_json::Value = serde_json::from_str(&answer.document).expect("a document");
+    let attractors = document["attractors"].as_array().expect("a list");
+    assert_eq!(attractors.len(), 1, "{attractors:?}");
+    let number = |name: &str| attractors[0][name].as_f64().expect("a number");
+    assert!((number("fraction") - 1.0).abs() < 1e-12);
+    assert!((number("impact_speed") - 1.884_269).abs() < 1e-6, "{}", number("impact_speed"));
+}
+
+/// A Hopf normal form with a wall: its cycle has the radius `sqrt(mu) = 0.6`, and its section one
+/// coordinate.
+const HOPF: &str = r#"
+[model]
+name = "Hopf normal form with a wall"
+states = ["u", "q"]
+parameters = { mu = 0.36, om = 1.3, r = 0.7, delta = 0.7 }
+[model.let]
+s = "u^2 + q^2"
+du = "mu*u - om*q - u*s"
+[model.flow]
+u = "du"
+q = "om*u + mu*q - q*s"
+[[model.surface]]
+name = "wall"
+event = "delta - u"
+impact = { q = "q + (1 + r)*du/om" }
+[grazing]
+solve_for = "delta"
+guess = { u = 0.59, q = 0.01 }
+"#;
+
+/// Of the starts `u = -0.2, 0, ..., 1.4` one is at rest and four lie beyond the wall at 0.7.
+#[test]
+fn starts_that_come_to_no_attractor_are_counted() {
+    let keys = SafeKeys { points: 9, ..SafeKeys::default() };
+    let answer = keys.answer(&scene_of(HOPF), &NoProgress).expect("an answer");
+    let document: serde_json::Value = serde_json::from_str(&answer.document).expect("a document");
+    let ninths = |value: &serde_json::Value| 9.0 * value.as_f64().expect("a number");
+    assert_eq!(document["starts"], 9);
+    assert!((ninths(&document["no_image"]) - 5.0).abs() < 1e-12, "{}", document["no_image"]);
+    assert!((ninths(&document["attractors"][0]["fraction"]) - 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_section_of_one_coordinate_has_no_basin() {
+    let map = map_of(scene_of(HOPF));
+    let request = BasinRequest::over_the_window(map.local());
+    assert!(map.basin_time_remark(&[request]).is_none());
+}
+
+/// A harvester with a stopper: along the branch its impact passes the phase of the section, at
+/// `f = 0.350566`. Speeds at 0.36 and 0.41 by another simulator, started on the attractor.
+#[test]
+fn a_stable_branch_goes_on_where_its_impact_passes_the_section() {
+    let text = r#"
+[model]
+name = "piezo harvester with a stopper"
+states = ["x", "v", "u"]
+parameters = { z = 0.02, chi = 0.05, ka = 0.5, la = 0.3, f = 0.1, w = 0.9, r = 0.7, D = 1.0 }
+phase = { name = "th", rate = "w", period = "2*pi" }
+[model.flow]
+x = "v"
+v = "f*cos(th) - 2*z*v - x + chi*u"
+u = "-la*u - ka*v"
+[[model.surface]]
+name = "stop"
+event = "D - x"
+impact = { v = "-r*v" }
+[grazing]
+solve_for = "f"
+[section]
+kind = "stroboscopic"
+phase = 0.0
+[expansion]
+active = ["f"]
+smooth_order = 3
+contact_weight = 4
+"#;
+    let map = map_of(scene_of(text));
+    let grazing = map.parameter("f").expect("a parameter");
+    let found = branches(&map, &["0", "1", "10"], [0.1, 0.2], true);
+    for (f, speed) in [(0.36, 0.764_231), (0.41, 1.021_191)] {
+        let apart = |point: &&BranchPoint| (grazing + point.orbit.parameters[0] - f).abs();
+        let stable = points(&found).filter(|point| point.orbit.stable);
+        let nearest = stable.min_by(|a, b| apart(a).total_cmp(&apart(b))).expect("a stable orbit");
+        let request = TimeSeriesRequest {
+            start: nearest.orbit.states[0].clone(),
+            parameters: vec![f - grazing],
+            settle: 200,
+            returns: 4,
+            samples: 1,
+        };
+        let motion = MotionEvents::of(map.scene(), map.orbit(), &request).expect("a flight");
+        let found = motion.expect("a whole flight").impact_speed();
+        assert!(apart(&nearest) < 0.01, "{f}: {}", apart(&nearest));
+        assert!((found - speed).abs() < 2e-6, "{f}: {found}");
+    }
+}
+
+/// Without forcing a motion that impacts shorten comes back sooner than the grazing orbit does: its
+/// return is still one turn. Multipliers and speeds by another simulator, over one turn.
+#[test]
+fn an_orbit_that_impacts_shorten_is_traversed_once() {
+    let rayleigh = r#"
+[model]
+name = "Rayleigh oscillator between two stops"
+states = ["x", "v"]
+parameters = { e = 0.3, r1 = 0.8, r2 = 0.4, D = 1.2, g = 1.25 }
+[model.flow]
+x = "v"
+v = "e*(1 - v^2)*v - x"
+[[model.surface]]
+name = "right"
+event = "D - x"
+impact = { v = "-r1*v" }
+[[model.surface]]
+name = "left"
+event = "g*D + x"
+impact = { v = "-r2*v" }
+[grazing]
+surface = "right"
+solve_for = "D"
+guess = { x = 1.2, v = 0.0 }
+[expansion]
+active = ["D"]
+smooth_order = 3
+contact_weight = 4
+"#;
+    let roessler = r#"
+[model]
+name = "Roessler cycle with a stop"
+states = ["x", "y", "z"]
+parameters = { a = 0.2, b = 0.2, c = 2.5, D = 4.0, r = 0.6 }
+[model.flow]
+x = "-y - z"
+y = "x + a*y"
+z = "b + z*(x - c)"
+[[model.surface]]
+name = "stop"
+event = "D - x"
+impact = { y = "y - (1 + r)*(y + z)" }
+[grazing]
+solve_for = "D"
+guess = { x = 4.0, y = -1.0, z = 1.0 }
+[expansion]
+active = ["D"]
+smooth_order = 3
+contact_weight = 4
+"#;
+    let cases = [
+        (rayleigh, -1.1, 0.6, 0.0476),
+        (rayleigh, -1.1, 0.4, 0.0983),
+        (roessler, -1.5, 4.5, 0.786_81),
+    ];
+    for (text, to, value, multiplier) in cases {
+        let map = map_of(scene_of(text));
+        let grazing = map.parameter("D").expect("a parameter");
+        let found = branches(&map, &["1"], [0.0, to], true);
+        let pairs = found.branches.iter().flat_map(|branch| branch.points.windows(2));
+        let values = pairs.filter_map(|pair| {
+            let [a, b] = [0, 1].map(|place| &pair[place].orbit);
+            let share = (value - grazing - a.parameters[0]) / (b.parameters[0] - a.parameters[0]);
+            let holds = (0.0..1.0).contains(&share) && a.stable && b.stable;
+            holds.then(|| {
+                assert!(a.hits == Some(vec![1]) && b.hits == Some(vec![1]), "{value}: {a:?}");
+                a.multipliers[0][0] + share * (b.multipliers[0][0] - a.multipliers[0][0])
+            })
+        });
+        let values: Vec<f64> = values.collect();
+        assert_eq!(values.len(), 1, "{value}: {values:?}");
+        // The branch is a polygon here.
+        assert!((values[0] / multiplier - 1.0).abs() < 2e-2, "{value}: {values:?}");
     }
 }
 

@@ -909,6 +909,31 @@ impl BranchSource for DirectBranches<'_> {
         DirectSeedData { flights, grazing, by_map: self.orbits_of_map() }
     }
 
+    /// NOTE: a contact just before a section at a phase is none of its passage, where the passage
+    /// itself is nearer in time. An orbit of two periods may so have returns without contact alone.
+    fn repeated(&self, data: &DirectSeedData) -> Vec<ContactItinerary> {
+        if self.image.is_on_tangency() {
+            return Vec::new();
+        }
+        let asked = &self.request.itineraries;
+        let settled = data.flights.iter().filter_map(|flight| self.settled_itinerary(flight));
+        let root = |itinerary: &ContactItinerary| {
+            let period = itinerary.period();
+            let root = (1..period)
+                .find(|&root| period.is_multiple_of(root) && itinerary.repeats_after(root))?;
+            let returns = itinerary.returns()[..root].to_vec();
+            Some(ContactItinerary::new(itinerary.passages(), returns))
+        };
+        let is_repeated = |of: &ContactItinerary| root(of).is_some_and(|at| asked.contains(&at));
+        let mut repeated = Vec::new();
+        for itinerary in settled.filter(is_repeated) {
+            if !asked.contains(&itinerary) && !repeated.contains(&itinerary) {
+                repeated.push(itinerary);
+            }
+        }
+        repeated
+    }
+
     /// Seeds at the graze, at orbits of the map, and at nearly periodic flights.
     fn seeds(
         &self,

@@ -320,6 +320,11 @@ pub(super) trait BranchSource: Sync {
     /// Request, and receiver of progress.
     fn asked(&self) -> (&BranchRequest, &dyn Progress);
     fn seed_data(&self) -> Self::SeedData;
+    /// Itineraries that were found and are none of those asked for: repetitions of one of them, by
+    /// orbits that repeat later than their passages do.
+    fn repeated(&self, _: &Self::SeedData) -> Vec<ContactItinerary> {
+        Vec::new()
+    }
     /// Seeds for the branches of an itinerary.
     fn seeds(&self, itinerary: &ContactItinerary, data: &Self::SeedData) -> Vec<BranchSeed>;
     /// Branch of an itinerary through a seed, if it is not among those known, with at most `most`
@@ -385,12 +390,15 @@ pub(super) trait BranchSource: Sync {
     }
 
     /// Branches of the itineraries in `own`, and the work left for each.
-    fn first(&self, own: &[&ContactItinerary]) -> (Traces<Self::Orbit>, Vec<u64>) {
+    fn first(
+        &self,
+        own: &[&ContactItinerary],
+        data: &Self::SeedData,
+    ) -> (Traces<Self::Orbit>, Vec<u64>) {
         let (_, progress) = self.asked();
         progress.expect(own.len() as u64);
-        let data = self.seed_data();
         let found = parallel::map(own, |&itinerary| {
-            let (seeds, mut left) = (self.seeds(itinerary, &data), self.most_work());
+            let (seeds, mut left) = (self.seeds(itinerary, data), self.most_work());
             let traces = self.traces(itinerary, seeds, (Vec::new(), &mut left));
             progress.advance(1);
             ((itinerary.clone(), traces), left)
@@ -400,8 +408,10 @@ pub(super) trait BranchSource: Sync {
 
     /// All branches, with those that they lead to, repeatedly.
     fn all(&self, follow: Follow) -> Traces<Self::Orbit> {
-        let asked = &self.asked().0.itineraries;
-        let (mut found, mut left) = self.first(&asked.iter().collect::<Vec<_>>());
+        let (asked, data) = (&self.asked().0.itineraries, self.seed_data());
+        let repeated = self.repeated(&data);
+        let own: Vec<&ContactItinerary> = asked.iter().chain(&repeated).collect();
+        let (mut found, mut left) = self.first(&own, &data);
         let mut looked_at = vec![0; found.len()];
         for _ in 0..ROUNDS {
             let mut seeds: Vec<BranchSeed> = Vec::new();
@@ -452,7 +462,8 @@ pub(super) trait BranchSource: Sync {
 
     /// Computes a share of the branches of the itineraries asked for.
     fn find_share(&self, shard: &Shard<'_>) {
-        self.described(&self.first(&shard.own_of(&self.asked().0.itineraries)).0);
+        let own = shard.own_of(&self.asked().0.itineraries);
+        self.described(&self.first(&own, &self.seed_data()).0);
     }
 }
 

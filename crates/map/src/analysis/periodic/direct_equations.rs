@@ -864,8 +864,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             let mut pairs = a.iter().zip(later).zip(&self.units.state);
             pairs.all(|((&a, b), unit)| is_same([a, b], *unit, tolerance))
         };
+        // Next to a graze the halves of an orbit may be near, and one of them makes a contact more.
+        let contacts = || orbit.hits.iter().chain([&orbit.extra_contacts]);
         self.rotations().skip(1).any(|later| {
-            (0..count).all(|n| near(&orbit.states[n], &orbit.states[(n + later) % count]))
+            let times = (1..=count).find(|times| times * later % count == 0).unwrap_or(1);
+            contacts().all(|contacts| contacts.is_multiple_of(times))
+                && (0..count).all(|n| near(&orbit.states[n], &orbit.states[(n + later) % count]))
         })
     }
 
