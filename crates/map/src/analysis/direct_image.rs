@@ -169,7 +169,11 @@ impl<'a, S: Real> DirectImage<'a, S> {
         let most = if precise { MOST_PRODUCTS / IN_DOUBLE_DOUBLE } else { MOST_PRODUCTS };
         let products = products_of_step(scene);
         let frame = (SectionFrame::new(scene, orbit), phase_circle(scene, orbit));
-        Self::in_frame(system, frame, [most / products, products])
+        let mut image = Self::in_frame(system, frame, [most / products, products])?;
+        if image.frame.periods() == 0 {
+            image.returns = image.returns.ending_at_first(&converted(&orbit.section_point))?;
+        }
+        Ok(image)
     }
 
     /// The map that makes `returns` returns in one flight, without section points in between. Its

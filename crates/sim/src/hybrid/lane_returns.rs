@@ -188,6 +188,7 @@ impl<S: Real> DirectReturn<'_, S> {
         is_smooth
             && is_wide()
             && !self.itinerary.has_hits()
+            && !self.ends_at_first
             && matches!(surfaces, [surface] if matches!(surface.law, Law::Rigid { .. }))
     }
 

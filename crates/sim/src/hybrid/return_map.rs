@@ -28,6 +28,8 @@ pub struct DirectReturn<'a, S: Real> {
     pub(super) itinerary: Itinerary,
     pub(super) duration: S,
     pub(super) periods: i64,
+    /// Whether the first minimum of the gap after [`FIRST_AFTER`] ends a return.
+    pub(super) ends_at_first: bool,
     entry: Motion<S>,
     passage: Motion<S>,
     log: Log<S>,
@@ -38,6 +40,10 @@ pub struct DirectReturn<'a, S: Real> {
 /// NOTE: an orbit that comes back every few periods takes a whole number of them, to rounding; the
 /// limit is not a whole number.
 pub(super) const LONGEST: f64 = 16.5;
+
+/// Share of the nominal time after which the first minimum of the gap may end a return; sooner ones
+/// are those of rebounds.
+const FIRST_AFTER: f64 = 0.25;
 
 /// A minimum of a gap behind surfaces that were flown through.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +103,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             itinerary: Itinerary::of_section(section),
             duration,
             periods: periods as i64,
+            ends_at_first: false,
             entry: motion.clone(),
             passage: motion,
             log: Log::new(),
@@ -151,6 +158,25 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     /// Limits the steps of one return (default: ten million).
     pub fn set_step_limit(&mut self, limit: usize) {
         self.simulator.set_step_limit(limit);
+    }
+
+    /// Ends returns at the first minimum of the gap after a quarter of the nominal time, if the return
+    /// of a full state at a tangency section, that of the nominal orbit, meets no minimum before
+    /// its end.
+    ///
+    /// Without forcing nothing but the motion tells the time of a return, and impacts may shorten
+    /// it: the minimum nearest to the nominal time is then that of the second period.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`image`](Self::image).
+    pub fn ending_at_first(mut self, nominal: &[S]) -> Result<Self, HybridError> {
+        let ReturnSection::Tangency { surface: own } = self.section else { return Ok(self) };
+        self.image(nominal)?;
+        let mut events = self.log.events.iter();
+        let is_minimum = |event: &Event<S>| matches!(event.kind, EventKind::NearMiss { .. });
+        self.ends_at_first = !events.any(|event| event.surface == own && is_minimum(event));
+        Ok(self)
     }
 
     /// Number of steps of the last return, without those back to the surface from a start beyond
@@ -242,7 +268,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Return of a tangency section: from one local minimum of the gap to the one nearest in time
-    /// to the nominal return.
+    /// to the nominal return, or to the first one that [ends it](Self::ending_at_first).
     fn tangency(
         &mut self,
         surface: usize,
@@ -672,14 +698,16 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Whether the minimum at which the simulator stands is nearer to the nominal return than the
-    /// next one.
+    /// next one, or the first one that ends a return.
     ///
     /// The next minimum, with some surfaces ignored and the others acting, is searched as far
     /// beyond the nominal return as the present one lies before it, unless the gap is known to
     /// rise for so long. The simulator is then put back.
     fn is_final(&mut self, surface: usize, ignored: Ignored, rises_for: S) -> bool {
-        let early = self.duration - self.simulator.time();
-        if early + early <= rises_for {
+        let time = self.simulator.time();
+        let early = self.duration - time;
+        let is_first = self.ends_at_first && time >= self.duration * S::from_f64(FIRST_AFTER);
+        if early + early <= rises_for || is_first {
             return true;
         }
         self.passage.copy_from(&self.simulator.motion);
