@@ -355,3 +355,19 @@ fn a_state_after_an_event_knows_when_the_event_took_place() {
     let after = known[1].add_constant(Dd::from(2.0));
     assert!(difference(&found.state[1], &after) < 1e-30);
 }
+
+/// A contact that begins with a real power of the penetration has no series there.
+#[test]
+fn a_contact_with_a_power_law_is_named_where_derivatives_end() {
+    let scene = crate::support::scenes::scene("hunt_crossley");
+    let start = [0.0, 1.5, 0.0].map(Dd::from);
+    let found = jets_along(&scene, &start, &[], (Some(Dd::from(4.0)), 0), 1);
+    let Err(DerivativesError::RoughContact { surface, time }) = found else {
+        panic!("{:?}", found.err());
+    };
+    assert_eq!(surface, scene.model.surfaces[0].name);
+    assert!((0.1..4.0).contains(&time), "{time}");
+    // Before that contact there are derivatives.
+    let before = jets_along(&scene, &start, &[], (Some(Dd::from(0.9 * time)), 0), 1);
+    assert!(before.is_ok());
+}

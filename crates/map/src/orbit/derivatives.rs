@@ -87,6 +87,18 @@ pub enum DerivativesError {
         /// Time since the start.
         time: f64,
     },
+    /// A contact is met whose law is no series where it begins.
+    #[error(
+        "`{surface}` is met at t = {time}, and its law is no power series of the state there (a \
+         root, a logarithm or a real power of the penetration): derivatives are not computed \
+         through such a contact; ask for a time before it"
+    )]
+    RoughContact {
+        /// Name of the surface.
+        surface: String,
+        /// Time since the start.
+        time: f64,
+    },
     /// The motion comes to rest against a surface.
     #[error("`{surface}` is hit more than {hits} times: the motion comes to rest there")]
     ComesToRest {
@@ -135,6 +147,7 @@ impl DerivativesError {
     pub fn ended_otherwise(&self) -> bool {
         match self {
             Self::Grazes { .. } | Self::Together { .. } | Self::HeldTwice { .. } => true,
+            Self::RoughContact { .. } => true,
             Self::ComesToRest { .. } | Self::Corner(_) | Self::TooLong { .. } => true,
             Self::Orbit(OrbitError::Flow(_)) => true,
             Self::StartsBeyond { .. } | Self::Orbit(_) | Self::Jet(_) => false,
@@ -293,6 +306,15 @@ impl Names<'_> {
         self.0.model.surfaces[surface].name.clone()
     }
 
+    /// Whether an event begins a contact whose field has roots, logarithms or real powers.
+    fn is_rough(&self, event: &FlowEvent<Dd>) -> bool {
+        let model = &self.0.model;
+        let Response::Contact { field, .. } = &model.surfaces[event.surface].response else {
+            return false;
+        };
+        event.meets && field.iter().any(|&node| !model.graph.singular_operations(node).is_empty())
+    }
+
     /// Refuses a start beyond a rigid surface.
     fn check_start(&self, start: &[Dd], parameters: &[Dd]) -> Result<(), DerivativesError> {
         let model = &self.0.model;
@@ -358,6 +380,13 @@ impl Names<'_> {
             OrbitError::ManyHits { surface, limit } => {
                 DerivativesError::ComesToRest { surface: self.surface(surface), hits: limit }
             }
+            OrbitError::Flow(error) => match events.last().filter(|last| self.is_rough(last)) {
+                Some(FlowEvent { surface, time, .. }) => DerivativesError::RoughContact {
+                    surface: self.surface(*surface),
+                    time: time.to_f64(),
+                },
+                None => OrbitError::Flow(error).into(),
+            },
             error => error.into(),
         })?;
         if let Some((first, second, time)) = both {

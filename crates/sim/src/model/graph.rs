@@ -248,6 +248,7 @@ impl ExpressionGraph {
         let singular = |operation| {
             let (function, argument) = match operation {
                 Node::Unary(Unary::Sqrt, a) => ("sqrt", a),
+                Node::Unary(Unary::Log, a) if self.is_base(operation) => ("^", a),
                 Node::Unary(Unary::Log, a) => ("log", a),
                 Node::PowerReal(a, _) => ("^", a),
                 _ => return None,
@@ -255,6 +256,15 @@ impl ExpressionGraph {
             Some(CornerOperation { function, argument })
         };
         self.operations(node).into_iter().filter_map(singular).collect()
+    }
+
+    /// Whether a logarithm is that of a power with an exponent that varies, `exp(b log a)`.
+    fn is_base(&self, logarithm: Node) -> bool {
+        self.nodes.iter().any(|node| {
+            let Node::Unary(Unary::Exp, exponent) = *node else { return false };
+            let Node::Binary(Binary::Mul, a, b) = self.node(exponent) else { return false };
+            self.node(a) == logarithm || self.node(b) == logarithm
+        })
     }
 
     /// Operations on which a node depends, operands first.
