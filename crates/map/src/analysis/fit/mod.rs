@@ -11,7 +11,9 @@
 //! residuals, repeatedly until it settles (feasible generalised least squares).
 //!
 //! Derivatives cannot tell that a start lies on the wrong side of its graze. Starts near the
-//! measurement, on both sides, are therefore tried before each descent.
+//! measurement, on both sides, are therefore tried before each descent. A fit that ends in a false
+//! minimum all the same is begun again at the parameters that pieces of one return give: their
+//! contacts are told by the measured points alone.
 //!
 //! Orbits are assumed to be deterministic; all noise is measurement noise.
 
@@ -202,16 +204,56 @@ pub fn fit(
     let system = HybridSystem::new(&scene.model);
     let direct = DirectMap::new(&system, scene, orbit)?;
     let run = HornerMap::new(map);
-    let problem = Problem::new(map, request)?;
     let guarded = || GuardedMap::new(&run, &map.window, &direct);
-    Ok(match request.method {
-        Method::Map => fitted(&problem, &|| &run, request, progress),
-        Method::Guarded => fitted(&problem, &guarded, request, progress),
-        Method::Direct => fitted(&problem, &|| direct.clone(), request, progress),
-    })
+    match request.method {
+        Method::Map => best_fit(map, &|| &run, request, progress),
+        Method::Guarded => best_fit(map, &guarded, request, progress),
+        Method::Direct => best_fit(map, &|| direct.clone(), request, progress),
+    }
 }
 
-/// Fits with a map that every thread creates for itself.
+/// Fit from the parameters of the request; if it misses the stated noise, or none is stated, also
+/// from those that pieces of one return give. The better one of both.
+fn best_fit<M: DifferentiableMap>(
+    local: &LocalMap,
+    map: &(dyn Fn() -> M + Sync),
+    request: &FitRequest,
+    progress: &dyn Progress,
+) -> Result<Fit, AnalysisError> {
+    let fit = |request: &FitRequest| -> Result<Fit, AnalysisError> {
+        Ok(fitted(&Problem::new(local, request)?, map, request, progress))
+    };
+    let found = fit(request)?;
+    if request.piece == 1 || (found.noise_is_known && found.end == FitEnd::Converged) {
+        return Ok(found);
+    }
+    // Where coordinates were not measured, short pieces may have more unknowns than numbers.
+    let Ok(short) = fit(&FitRequest { piece: 1, ..request.clone() }) else { return Ok(found) };
+    let mut at = request.at.clone();
+    for (&place, parameter) in request.parameters.iter().zip(&short.parameters) {
+        at[place] = parameter.offset;
+    }
+    let again = fit(&FitRequest { at, ..request.clone() })?;
+    Ok(if again.misses_less(&found) { again } else { found })
+}
+
+/// Factor by which a sum of squares, or an estimated noise, is smaller in a better fit.
+const BETTER: f64 = 0.99;
+
+impl Fit {
+    /// Whether the residuals are smaller than those of another fit to the same data: over the
+    /// noise if it was stated, otherwise by the noise that they give.
+    fn misses_less(&self, other: &Self) -> bool {
+        let size = |fit: &Self| match fit.noise_is_known {
+            true => fit.sum_of_squares,
+            false => fit.noise.iter().product(),
+        };
+        let (own, others) = (size(self), size(other));
+        own < BETTER * others || (own.is_finite() && !others.is_finite())
+    }
+}
+
+/// Fits from one start, with a map that every thread creates for itself.
 fn fitted<M: DifferentiableMap>(
     problem: &Problem<'_>,
     map: &(dyn Fn() -> M + Sync),
