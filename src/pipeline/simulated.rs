@@ -101,13 +101,16 @@ impl Map {
         let mut returns = SimulatedReturns { at_most: true, ..SimulatedReturns::default() };
         let widths = &self.local().window.state;
         for request in requests {
-            let holds = |axis: usize| {
+            // Axes that are no two coordinates are refused where the basin is computed.
+            let [Some(first), Some(second)] = request.axes.map(|axis| widths.get(axis)) else {
+                return None;
+            };
+            let holds = |axis: usize, width: f64| {
                 let offsets = even_offsets(request.ranges[axis], request.points[axis]);
-                let width = widths[request.axes[axis]];
                 let inside = offsets.iter().filter(|offset| offset.abs() <= width).count();
                 (inside as f64, offsets.len() as f64)
             };
-            let [(inside_across, across), (inside_up, up)] = [holds(0), holds(1)];
+            let [(inside_across, across), (inside_up, up)] = [holds(0, *first), holds(1, *second)];
             let inside = match self.local().window.holds(&[], &request.parameters, &[]) {
                 true => inside_across * inside_up,
                 false => 0.0,

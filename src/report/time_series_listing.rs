@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::diagram_figure::{GRAZE, extent};
 use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, Stroke, symbol};
-use super::table::counted;
+use super::table::{counted, significant};
 use super::{Cell, Column, Named, Rows, SectionDocument, Table};
 use crate::analysis::{SeriesPoint, TimeSeries, TimeSeriesRequest};
 use crate::hybrid::MomentEvent;
@@ -119,14 +119,25 @@ pub fn time_series_table(model: &Model, series: &TimeSeries) -> Table {
     Rows::new(time_series_columns(model), rows).into_table()
 }
 
+/// Digits of times in text, and the duration below which they are significant ones.
+const TIME_DIGITS: usize = 6;
+const SHORT: f64 = 0.1;
+
 /// Length and events of a series, as text.
 pub fn time_series_text(scene: &Scene, series: &TimeSeries) -> String {
     let surfaces = &scene.model.surfaces;
     let first = series.points.first().map_or(0.0, |point| point.time);
     let last = series.points.last().map_or(0.0, |point| point.time);
+    // Times of a fast oscillator have no digits among the first decimals.
+    let time = |time: f64| match last.abs() < SHORT {
+        true => significant(time, TIME_DIGITS),
+        false => format!("{time:.TIME_DIGITS$}"),
+    };
     let mut text = format!(
-        "trajectory of `{}` from t = {first:.6} to {last:.6} in {}\n",
+        "trajectory of `{}` from t = {} to {} in {}\n",
         scene.identifier,
+        time(first),
+        time(last),
         counted(series.points.len(), "row")
     );
     for (event, surface, count) in series.event_counts() {

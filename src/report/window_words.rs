@@ -140,8 +140,8 @@ const LARGE_SHARE: f64 = 1e-2;
 /// assert_eq!(
 ///     window_remark(&window(6e-3), orders, None).expect("above the tolerance").of("mine"),
 ///     "warning: `mine`: on its window the map of orders (3, 8) errs by up to 6.0e-3 in x (6e-1 \
-///      of its half-width), more than 1e-6, as the scene states: raise the orders, or narrow the \
-///      window",
+///      of its half-width), more than 1e-6, as the scene states: ask for a smaller tolerance, raise \
+///      the orders, or narrow the window",
 /// );
 /// ```
 pub fn window_remark(
@@ -177,11 +177,16 @@ fn excess_words(window: &MeasuredWindow, orders: MapOrders) -> Option<String> {
         None => format!("on its window the map of orders {orders} has images without a value"),
         Some(error) => format!(
             "on its window the map of orders {orders} errs by up to {error:.1e} in {}{} ({:.0e} of \
-                its half-width), more than {}: raise the orders, or narrow the window",
+                its half-width), more than {}: {}raise the orders, or narrow the window",
             worst.coordinate,
             verge_words(worst.verge),
             error / worst.half_width,
-            tolerance_words(window.tolerance)
+            tolerance_words(window.tolerance),
+            // The orders that a tolerance chooses are those of its own sample.
+            match window.tolerance {
+                WindowTolerance::Error(_) => "ask for a smaller tolerance, ",
+                _ => "",
+            }
         ),
     })
 }
