@@ -130,6 +130,51 @@ fn standard_errors_cover_the_truth_as_often_as_they_should() {
     assert!((share(1) - 0.954).abs() < 3.0 * (0.954f64 * 0.046 / f64::from(trials)).sqrt());
 }
 
+/// Series that graze: half of the fits from parameters of 0 ended in minima with contacts that are
+/// not those of the data.
+#[test]
+fn false_minima_are_left_for_the_parameters_of_single_returns() {
+    const SETS: usize = 12;
+    let noise = [1e-8, 1e-7];
+    let case = Case::new("linear");
+    let system = HybridSystem::new(&case.scene.model);
+    let direct = DirectMap::new(&system, &case.scene, &case.orbit).expect("a good scene");
+    let mut numbers = Numbers::new(3);
+    let mut found = 0;
+    for _ in 0..SETS {
+        let truth = [2e-6 * numbers.next(), 3e-6 * numbers.next()];
+        let series = (0..15).map(|_| {
+            let mut state = vec![4e-6 * numbers.next(), 2e-4 * numbers.next()];
+            let points = (0..4).map(|_| {
+                let pairs = state.iter().zip(noise);
+                let measured = pairs.map(|(x, size)| x + size * normal(&mut numbers)).collect();
+                let mut image = vec![0.0; 2];
+                assert!(direct.step(&state, &truth, &mut image).valid);
+                state = image;
+                measured
+            });
+            MeasuredSeries { controls: vec![0.0; 2], points: points.collect() }
+        });
+        let series = series.collect();
+        let asked = FitRequest {
+            parameters: vec![0, 1],
+            at: vec![0.0; 2],
+            noise: Some(noise.to_vec()),
+            piece: FitRequest::PIECE,
+            method: Method::Guarded,
+            ..request(series)
+        };
+        let fitted = case.fit(&asked);
+        let near = fitted
+            .parameters
+            .iter()
+            .zip(truth)
+            .all(|(fitted, truth)| (fitted.offset - truth).abs() < 5.0 * fitted.standard_error);
+        found += usize::from(near && fitted.end == FitEnd::Converged);
+    }
+    assert!(found + 1 >= SETS, "{found} of {SETS}");
+}
+
 #[test]
 fn noise_that_is_not_stated_is_estimated() {
     let case = mems();
