@@ -140,8 +140,8 @@ const LARGE_SHARE: f64 = 1e-2;
 /// assert_eq!(
 ///     window_remark(&window(6e-3), orders, None).expect("above the tolerance").of("mine"),
 ///     "warning: `mine`: on its window the map of orders (3, 8) errs by up to 6.0e-3 in x (6e-1 \
-///      of its half-width), more than 1e-6, as the scene states: ask for a smaller tolerance, raise \
-///      the orders, or narrow the window",
+///      of its half-width), more than 1e-6, as the scene states: ask for a smaller tolerance, \
+///      raise the orders, or narrow the window",
 /// );
 /// ```
 pub fn window_remark(

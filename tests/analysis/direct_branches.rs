@@ -484,7 +484,7 @@ solve_for = "delta"
 guess = { u = 0.59, q = 0.01 }
 "#;
 
-/// Of the starts `u = -0.2, 0, ..., 1.4` one is at rest and four lie beyond the wall at 0.7.
+/// Nine starts, `u = -0.2, 0, ..., 1.4`: one is at rest, and four lie beyond the wall at 0.7.
 #[test]
 fn starts_that_come_to_no_attractor_are_counted() {
     let keys = SafeKeys { points: 9, ..SafeKeys::default() };

@@ -491,7 +491,10 @@ fn a_corner_at_the_graze_or_along_the_orbit_is_named_with_its_expression() {
 fn a_function_without_a_series_at_0_is_named_where_the_flow_stops() {
     let without_series = [
         ("sqrt(1 - cos(theta - 1))", "sqrt"),
-        ("exp(0.5*log(1 - cos(theta - 1)))", "log"),
+        // A power whose exponent is no number is kept in this form.
+        ("exp(0.5*log(1 - cos(theta - 1)))", "^"),
+        ("(1 - cos(theta - 1))^(0.4 + 2*zeta)", "^"),
+        ("(1 - cos(theta - 1))*log(1 - cos(theta - 1))", "log"),
         ("(1 - cos(theta))^1.5", "^"),
         ("(0.4 - 0.4*cos(theta))^200.5*1.25^200.5", "^"),
     ];
