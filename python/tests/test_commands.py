@@ -349,7 +349,7 @@ def test_a_fit_finds_parameters_and_says_what_it_needs(m: gm.Map) -> None:
         gm.fit(m, points[0, :2], ["alpha", "omega"])
 
 
-def test_a_fit_in_a_false_minimum_says_so(m: gm.Map) -> None:
+def test_a_fit_leaves_a_false_minimum_and_says_what_it_misses(m: gm.Map) -> None:
     rng = np.random.default_rng(1)
     truth = [3e-7, -2e-7]
     # Starts less deep than the noise.
@@ -358,6 +358,11 @@ def test_a_fit_in_a_false_minimum_says_so(m: gm.Map) -> None:
     points = np.concatenate([starts[:, None], orbits], axis=1)
     noisy = points + 1e-8 * rng.normal(size=points.shape)
     found = gm.fit(m, noisy, ["alpha", "omega"], noise={"x": 1e-8, "theta": 1e-8})
+    assert found.document["end"] == "converged"
+    for name, value in zip(["alpha", "omega"], truth, strict=True):
+        assert abs(found.parameters[name] - value) < 5 * found.errors[name]
+    # Noise stated a hundredth of what it is.
+    found = gm.fit(m, noisy, ["alpha", "omega"], noise={"x": 1e-10, "theta": 1e-10})
     assert found.document["end"] == "misfit"
     assert any("larger than the noise makes it" in remark for remark in found.remarks)
 

@@ -340,7 +340,7 @@ fn is_rough(model: &Model, field: &[NodeId], state: &[Dd], parameters: &[Dd]) ->
 }
 
 /// Power of the depth variable with which the difference of contact and free field begins: the
-/// lowest of its components' slopes, in logarithms, between two depths. `None` if no power is known.
+/// lowest of its components' slopes, in logarithms, between two depths. `None` if none is known.
 fn rough_power(
     model: &Model,
     field: &[NodeId],
@@ -349,8 +349,8 @@ fn rough_power(
     parameters: &[Dd],
 ) -> Option<f64> {
     let size = size_of(state);
-    let resolved =
-        RESOLVED * local.flow().iter().fold(0.0, |most: f64, rate| most.max(rate.magnitude()));
+    let fastest = local.flow().iter().fold(0.0, |most: f64, rate| most.max(rate.magnitude()));
+    let resolved = RESOLVED * fastest;
     let measured = DEPTHS.iter().find_map(|depths| {
         let [near, far] = depths
             .map(|depth| local.difference_at(field, state, parameters, Dd::from(depth) * size));
