@@ -225,8 +225,8 @@ impl<S: Scalar> LocalGeometry<'_, S> {
         self.geometry.contact.as_ref().map(|field| self.values(field))
     }
 
-    /// Difference of a contact field and the free field at a penetration `depth` on the way in, beside
-    /// the grazing point `state`, where the approach would reach twice that depth.
+    /// Difference of a contact field and the free field beside the grazing point `state`: at a
+    /// penetration `depth` on the way in, where the approach would reach twice that depth.
     pub(super) fn difference_at(
         &self,
         field: &[NodeId],

@@ -160,9 +160,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         self.simulator.set_step_limit(limit);
     }
 
-    /// Ends returns at the first minimum of the gap after a quarter of the nominal time, if the return
-    /// of a full state at a tangency section, that of the nominal orbit, meets no minimum before
-    /// its end.
+    /// Ends returns at the first minimum of the gap after a quarter of the nominal time, if the
+    /// return of a full state at a tangency section, that of the nominal orbit, meets no minimum
+    /// before its end.
     ///
     /// Without forcing nothing but the motion tells the time of a return, and impacts may shorten
     /// it: the minimum nearest to the nominal time is then that of the second period.
