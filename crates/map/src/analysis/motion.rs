@@ -8,6 +8,7 @@ use super::progress::NoProgress;
 use super::section_frame::Values;
 use super::time_series::{TimeSeriesRequest, time_series};
 use crate::hybrid::MomentEvent;
+use crate::iteration::PhaseCircle;
 use crate::model::{NodeId, Scene};
 use crate::orbit::GrazingOrbit;
 
@@ -16,8 +17,8 @@ use crate::orbit::GrazingOrbit;
 pub struct MotionEvents {
     /// Surface (index) and full state just before each event, the phase from 0 to its period.
     events: Vec<(usize, Vec<f64>)>,
-    /// Component that is the phase, and its period.
-    phase: Option<(usize, f64)>,
+    /// The phase as a component of the full state.
+    circle: PhaseCircle,
     impact_speed: f64,
 }
 
@@ -56,9 +57,10 @@ impl MotionEvents {
                 Some((MomentEvent::Release, _)) | None => {}
             }
         }
-        let phase = model.phase.as_ref();
-        let phase = phase.map(|phase| (model.states.len(), phase.period.to_f64()));
-        Ok(Some(Self { events, phase, impact_speed }))
+        let circle = model.phase.as_ref().map_or_else(PhaseCircle::none, |phase| {
+            PhaseCircle::new(model.states.len(), phase.period.to_f64())
+        });
+        Ok(Some(Self { events, circle, impact_speed }))
     }
 
     /// Largest normal speed of a contact; 0 without contact.
@@ -69,23 +71,16 @@ impl MotionEvents {
     /// Whether the motion passes through the last event of another one. Both cover a period.
     pub fn is_same(&self, other: &Self) -> bool {
         let Some((surface, there)) = other.events.last() else { return self.events.is_empty() };
-        let size = |component: usize| match self.phase {
+        let size = |component: usize| match self.circle.phase() {
             Some((phase, period)) if phase == component => period,
-            _ => self.events.iter().fold(0.0_f64, |most, (_, at)| most.max(at[component].abs())),
+            _ => {
+                let sizes = self.events.iter().map(|(_, at)| at[component].abs());
+                sizes.fold(f64::MIN_POSITIVE, f64::max)
+            }
         };
         let sizes: Vec<f64> = (0..there.len()).map(size).collect();
-        self.events.iter().any(|(of, here)| {
-            of == surface
-                && here.iter().zip(there).enumerate().all(|(component, (a, b))| {
-                    let apart = match self.phase {
-                        Some((phase, period)) if phase == component => {
-                            let turns = (a - b) / period;
-                            (turns - turns.round()) * period
-                        }
-                        _ => a - b,
-                    };
-                    apart.abs() <= SAME * sizes[component]
-                })
-        })
+        self.events
+            .iter()
+            .any(|(of, here)| of == surface && self.circle.apart(here, there, &sizes) <= SAME)
     }
 }
