@@ -409,25 +409,22 @@ fn join_motions(
     found: &mut Vec<OtherAttractor>,
     flight: &dyn Fn(&OtherAttractor) -> TimeSeriesRequest,
 ) -> Result<(), Error> {
-    let mut joined: Vec<(OtherAttractor, Option<MotionEvents>)> = Vec::new();
-    for mut attractor in found.drain(..) {
-        let motion = match attractor.orbit {
-            Some(_) => MotionEvents::of(scene, map.orbit(), &flight(&attractor))?,
-            None => None,
-        };
-        if let Some(motion) = &motion {
-            attractor.impact_speed = Some(motion.impact_speed()).filter(|speed| *speed > 0.0);
-            let known = joined
-                .iter_mut()
-                .find(|(_, known)| known.as_ref().is_some_and(|known| known.is_same(motion)));
-            if let Some((known, _)) = known {
-                known.fraction += attractor.fraction;
-                continue;
-            }
+    let motion = |attractor: &OtherAttractor| match attractor.orbit {
+        Some(_) => MotionEvents::of(scene, map.orbit(), &flight(attractor)),
+        None => Ok(None),
+    };
+    let motions: Vec<_> = found.iter().map(motion).collect::<Result<_, _>>()?;
+    let first = MotionEvents::first_of_each(&motions);
+    for (number, motion) in motions.iter().enumerate() {
+        if let Some(motion) = motion {
+            found[number].impact_speed = Some(motion.impact_speed()).filter(|speed| *speed > 0.0);
         }
-        joined.push((attractor, motion));
+        if first[number] != number {
+            found[first[number]].fraction += found[number].fraction;
+        }
     }
-    found.extend(joined.into_iter().map(|(attractor, _)| attractor));
+    let mut kept = first.iter().enumerate().map(|(number, first)| number == *first);
+    found.retain(|_| kept.next().unwrap_or(true));
     Ok(())
 }
 

@@ -69,7 +69,7 @@ impl MotionEvents {
     }
 
     /// Whether the motion passes through the last event of another one. Both cover a period.
-    pub fn is_same(&self, other: &Self) -> bool {
+    fn is_same(&self, other: &Self) -> bool {
         let Some((surface, there)) = other.events.last() else { return self.events.is_empty() };
         let size = |component: usize| match self.circle.phase() {
             Some((phase, period)) if phase == component => period,
@@ -82,5 +82,20 @@ impl MotionEvents {
         self.events
             .iter()
             .any(|(of, here)| of == surface && self.circle.apart(here, there, &sizes) <= SAME)
+    }
+
+    /// Index of the first of some motions that each one is: its own if there is none before, and
+    /// of a motion that is not known.
+    pub fn first_of_each(motions: &[Option<Self>]) -> Vec<usize> {
+        let mut first: Vec<usize> = Vec::with_capacity(motions.len());
+        for (number, own) in motions.iter().enumerate() {
+            let is_it = |&earlier: &usize| {
+                let both = motions[earlier].as_ref().zip(own.as_ref());
+                first[earlier] == earlier && both.is_some_and(|(known, own)| known.is_same(own))
+            };
+            let found = (0..number).find(is_it);
+            first.push(found.unwrap_or(number));
+        }
+        first
     }
 }

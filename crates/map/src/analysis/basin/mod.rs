@@ -478,9 +478,8 @@ fn first_of_each_motion(
     request: &BasinRequest,
     attractors: &[Attractor],
 ) -> Result<Vec<usize>, AnalysisError> {
-    let alone = (0..attractors.len()).collect();
     if orbit.section.kind != PoincareSectionKind::Tangency || request.method == Method::Map {
-        return Ok(alone);
+        return Ok((0..attractors.len()).collect());
     }
     let motions = parallel::try_map(attractors, |attractor| {
         if attractor.period == Period::NotFound {
@@ -492,12 +491,7 @@ fn first_of_each_motion(
         let flight = TimeSeriesRequest { start, parameters, settle: 0, returns, samples: 1 };
         MotionEvents::of(scene, orbit, &flight)
     })?;
-    let first = |number: usize| {
-        let mut earlier = motions[..number].iter();
-        let own = motions[number].as_ref()?;
-        earlier.position(|motion| motion.as_ref().is_some_and(|motion| motion.is_same(own)))
-    };
-    Ok(alone.into_iter().map(|number| first(number).unwrap_or(number)).collect())
+    Ok(MotionEvents::first_of_each(&motions))
 }
 
 /// Sorts attractors by their number of cells and renumbers the cells; `motions` has the attractor
