@@ -14,6 +14,9 @@ use pulp::{Arch, Simd, WithSimd};
 /// without them uses the widest it has. Every other value sets no limit, and is returned by
 /// [`unknown_instruction_limit`]. Results do not depend on the limit: the variable exists to check
 /// this.
+///
+/// Builds with debug assertions have no code for AVX-512, which takes half of the time to compile
+/// the simulator: there `avx512` means AVX2.
 pub const INSTRUCTION_LIMIT: &str = "GRAZEMAP_SIMD";
 
 /// The widest registers that may be used.
@@ -54,10 +57,11 @@ fn instructions() -> Arch {
 /// Widest instruction set of this machine up to a limit.
 #[cfg(target_arch = "x86_64")]
 fn chosen(most: Option<Limit>) -> Arch {
-    match (most, Arch::new()) {
-        (Some(Limit::Sse2), _) => Arch::Scalar,
-        (Some(Limit::Avx2), Arch::V4(_)) => pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3),
-        (_, widest) => widest,
+    let is_narrowed = cfg!(debug_assertions) || most == Some(Limit::Avx2);
+    match Arch::new() {
+        _ if most == Some(Limit::Sse2) => Arch::Scalar,
+        Arch::V4(_) if is_narrowed => pulp::x86::V3::try_new().map_or(Arch::Scalar, Arch::V3),
+        widest => widest,
     }
 }
 
@@ -135,7 +139,7 @@ pub fn is_wide() -> bool {
 #[inline(always)]
 fn in_wide_registers<W: Vectorised>(work: W) -> Result<W::Output, W> {
     match instructions() {
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
         Arch::V4(simd) => Ok(Simd::vectorize(simd, Inlined(work))),
         #[cfg(target_arch = "x86_64")]
         Arch::V3(simd) => Ok(Simd::vectorize(simd, Inlined(work))),
