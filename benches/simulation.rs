@@ -189,6 +189,7 @@ fn return_map<'a>(
         surface: 0,
         time: 0.25 * simulator.forcing_period().expect("a phase"),
         hit: false,
+        rests: false,
     };
     map.with_passages(&[passage]).expect("within the return")
 }

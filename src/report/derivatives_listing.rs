@@ -35,7 +35,8 @@ pub struct DerivativesListing {
 pub struct EventListing {
     /// Name of the surface.
     pub surface: String,
-    /// `hit`, or `release` where a contact ends.
+    /// `hit`; `rest` where the motion comes to rest, at once or by rebounds that are not listed;
+    /// `release` where a contact or a rest ends.
     pub event: &'static str,
     /// Time since the start.
     pub time: f64,
@@ -57,7 +58,11 @@ impl DerivativesListing {
         let by_component = jets.state.iter().map(|jet| tensors(jet, order));
         let events = jets.events.iter().map(|event| EventListing {
             surface: model.surfaces[event.surface].name.clone(),
-            event: if event.meets { "hit" } else { "release" },
+            event: match (event.meets, event.rests) {
+                (true, true) => "rest",
+                (true, false) => "hit",
+                (false, _) => "release",
+            },
             time: event.time.head().to_f64(),
             speed: event.speed.to_f64(),
             derivatives: tensors(&event.time, order),

@@ -75,6 +75,8 @@ pub struct HitListing {
     pub state: Named<f64>,
     /// Normal velocity `|h'|`.
     pub speed: f64,
+    /// Whether the orbit comes to rest against the surface.
+    pub rests: bool,
 }
 
 /// Conditions from one passage to another.
@@ -131,6 +133,7 @@ impl OrbitListing {
                     time: hit.time.to_f64(),
                     state: state(scene, &hit.state),
                     speed: hit.speed.to_f64(),
+                    rests: hit.rests,
                 })
                 .collect(),
             conditions: orbit
@@ -242,7 +245,11 @@ impl OrbitListing {
         for (place, (name, _)) in self.state.0.iter().enumerate() {
             table = table.number(name, 10, move |hit| hit.state.0[place].1);
         }
-        Some(table.number("speed", 10, |hit| hit.speed).made())
+        table = table.number("speed", 10, |hit| hit.speed);
+        if self.hits.iter().any(|hit| hit.rests) {
+            table = table.text("rests", |hit| if hit.rests { "yes" } else { "no" });
+        }
+        Some(table.made())
     }
 
     /// Table of the conditions: one row per pair of passages, one column per `n`.
@@ -390,6 +397,9 @@ impl GrazeStudy {
             Expectation::CodimensionTwo { n } => {
                 return format!("no sign decides what follows: xi_{n} is zero, codimension two");
             }
+            Expectation::Forgotten => {
+                "the orbit with contact takes the place of the other: the rest forgets the contact"
+            }
             Expectation::NoContact => "nothing happens: contact does not differ from free flight",
             Expectation::Unbounded => {
                 "multipliers grow without bound next to the graze, and the orbit with contact is \
@@ -447,6 +457,11 @@ impl GrazeStudy {
                     .to_owned()
             }
             Expectation::CodimensionTwo { n } => self.codimension_two(n),
+            Expectation::Forgotten => {
+                "theory: the orbit comes to rest against a stop and forgets the contact: the orbit \
+                 with contact takes its place, and is as stable"
+                    .to_owned()
+            }
             Expectation::NoContact => {
                 "theory: contact and free flight do not differ at the graze: nothing happens"
                     .to_owned()

@@ -10,9 +10,10 @@ use grazemap::{Scene, analysis::NoProgress};
 use crate::support::tiers;
 
 /// Scenes of the catalogue and of `tests/data/hits`: one stop hit twice and the other grazed, one
-/// stop hit and grazed, a compliant stop hit and a rigid one grazed, and a stop grazed after hits of
-/// both.
-const SCENES: [&str; 4] = ["two_sided", "one_stop", "soft_left", "ball_in_capsule"];
+/// stop hit and grazed, a compliant stop hit and a rigid one grazed, a stop grazed after hits of
+/// both, and three whose orbits rest against the other stop, the last with two masses.
+const SCENES: [&str; 7] =
+    ["two_sided", "one_stop", "soft_left", "ball_in_capsule", "rests", "chatters", "two_masses"];
 
 fn settled(name: &str, section: &str) -> Settled {
     let path = format!("{}/tests/data/hits/{name}.toml", env!("CARGO_MANIFEST_DIR"));
@@ -33,9 +34,10 @@ fn a_point_beside_the_grazing_orbit_returns_with_its_hits() {
             let (scene, orbit) = (settled.scene(), settled.orbit());
             let system = HybridSystem::new(&scene.model);
             let mut direct = DirectImage::<Dd>::new(&system, scene, orbit).expect("a section");
+            let point = vec![Dd::ZERO; orbit.section.coordinates.len()];
             let mut opened = vec![Dd::ZERO; scene.expansion.active.len()];
             opened[0] = Dd::from(OPEN);
-            let image = direct.image(&[Dd::ZERO; 2], &opened).expect("finite offsets");
+            let image = direct.image(&point, &opened).expect("finite offsets");
             assert_eq!((image.end, image.extra_contacts), (DirectEnd::Returned, 0), "{name}");
             for offset in image.offsets {
                 // The return moves by up to 17 times the parameter, that of the capsule.
@@ -47,9 +49,14 @@ fn a_point_beside_the_grazing_orbit_returns_with_its_hits() {
 
 #[test]
 fn errors_fall_at_the_rate_of_the_orders() {
-    for name in tiers::part(&SCENES, 1) {
+    for name in tiers::part(&SCENES, 2) {
         let request = StudyRequest { fresh: 0, sections: false, chosen: None };
-        let study = settled(name, "").study(&request, &NoProgress).expect("a study");
+        // An image behind the rest knows nothing of the graze: the section follows the graze.
+        let section = match *name {
+            "rests" | "chatters" => "\n[section]\nkind = \"stroboscopic\"\nphase = 1.5\n",
+            _ => "",
+        };
+        let study = settled(name, section).study(&request, &NoProgress).expect("a study");
         let low = study.orders.iter().filter(|at| {
             at.orders.smooth_order <= 4
                 && at.orders.contact_weight <= 5

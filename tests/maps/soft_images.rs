@@ -78,7 +78,8 @@ fn direct_simulation_agrees_with_the_exact_images_to_1e_minus_28() {
         let mut worst = 0.0_f64;
         for image in &set.images {
             parameters[position("A")] = set.amplitude + image.start[2];
-            let graze = NominalPassage { surface: 0, time: half_period.to_f64(), hit: false };
+            let graze =
+                NominalPassage { surface: 0, time: half_period.to_f64(), hit: false, rests: false };
             let mut map =
                 DirectReturn::over_periods(&system, &parameters, ReturnSection::OtherPhase, 1)
                     .expect("a phase")

@@ -113,6 +113,51 @@ fn an_orbit_hits_one_stop_twice_and_grazes_the_other() {
     }
 }
 
+/// Text of a scene of `tests/data/hits`.
+fn text_of(name: &str) -> String {
+    let path = format!("{}/tests/data/hits/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).expect("the scene is part of the repository")
+}
+
+#[test]
+fn an_orbit_that_rests_grazes_where_its_flight_from_the_release_turns() {
+    for (name, w, hits) in [("rests", "0.8", 1), ("chatters", "0.4", 2)] {
+        let scene = parsed(&text_of(name), name, &NONE);
+        let found = orbit(&scene);
+        // The stop is left where the force no longer presses: cos(theta) = -dl.
+        let (mut theta, half) = (dd("4.2"), dd("0.5"));
+        for _ in 0..10 {
+            let (sin, cos) = theta.sin_cos();
+            theta += (cos + half) / sin;
+        }
+        let flight = Linear { zeta: dd("0.1"), a: Dd::ONE, w: dd(w) };
+        let released = [-half, Dd::ZERO, theta];
+        // The first maximum of x, where the velocity comes down to zero.
+        let velocity = |time: Dd| flight.fly(released, time)[1];
+        let at = |number: usize| Dd::from(number as f64 * 0.01);
+        let place = (1..2000).find(|&number| velocity(at(number)) < Dd::ZERO).expect("a maximum");
+        let (mut low, mut high) = (at(place - 1), at(place));
+        for _ in 0..110 {
+            let middle = (low + high) * half;
+            if velocity(middle) > Dd::ZERO { low = middle } else { high = middle }
+        }
+        let top = flight.fly(released, low)[0];
+        let gap = found.parameters()[index(&scene, "dr")];
+        assert!((gap - top).to_f64().abs() < 1e-28, "{name}: {:e}", (gap - top).to_f64());
+        assert_eq!(found.hits.len(), hits, "{name}");
+        assert!(found.hits.last().is_some_and(|last| last.rests), "{name}");
+        assert!(found.forgets() && found.multipliers.len() == 2, "{name}");
+    }
+}
+
+#[test]
+fn a_section_in_a_rest_is_refused() {
+    let section = "[section]\nkind = \"stroboscopic\"\nphase = 3.4\n";
+    let scene = parsed(&(text_of("rests") + section), "rests", &NONE);
+    let Ok(Location::NotLocated(reason)) = locate(&scene) else { panic!("it is found") };
+    assert!(matches!(reason, NotLocated::SectionInContact { .. }), "{reason}");
+}
+
 #[test]
 fn the_monodromy_is_that_of_the_closed_form() {
     let scene = parsed(&two_sided("surface = \"right\"\nhits = \"left\""), "two_sided", &NONE);

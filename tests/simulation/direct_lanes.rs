@@ -374,7 +374,8 @@ fn agree_where_orbits_leave(lowered: fn(&Model) -> HybridSystem, force: &str) {
     ];
     for (section, speed) in sections {
         let map = DirectReturn::over_periods(&system, &parameters, section, 1).expect("a phase");
-        let passages = [0.0, 4.0].map(|time| NominalPassage { surface, time, hit: false });
+        let passages =
+            [0.0, 4.0].map(|time| NominalPassage { surface, time, hit: false, rests: false });
         let map = map.with_passages(&passages).expect("within the return");
         let mut alone = vec![map; LANES];
         let mut lanes = LaneReturns::new(alone.clone()).expect("one rigid stop");

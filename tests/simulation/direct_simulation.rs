@@ -290,7 +290,8 @@ fn images_at_another_phase_agree_with_the_reference_carried_along_the_free_flow(
                 case.model.phase.as_ref().expect("a phase").period - ahead,
                 &parameters,
             );
-            let graze = NominalPassage { surface: 0, time: graze_time.to_f64(), hit: false };
+            let graze =
+                NominalPassage { surface: 0, time: graze_time.to_f64(), hit: false, rests: false };
             let mut map =
                 DirectReturn::over_periods(&system, &parameters, ReturnSection::OtherPhase, 1)
                     .expect("a phase")

@@ -91,7 +91,7 @@ struct Section {
 
 /// The right stop's tangency section; the left stop is met half a period later.
 fn tangency(period: f64) -> Section {
-    let at = |surface, time| NominalPassage { surface, time, hit: false };
+    let at = |surface, time| NominalPassage { surface, time, hit: false, rests: false };
     Section {
         section: ReturnSection::Tangency { surface: RIGHT },
         passages: [at(RIGHT, 0.0), at(LEFT, 0.5 * period)],
@@ -100,7 +100,7 @@ fn tangency(period: f64) -> Section {
 
 /// A quarter of a period before the right stop is met.
 fn quarter_before(period: f64) -> Section {
-    let at = |surface, time| NominalPassage { surface, time, hit: false };
+    let at = |surface, time| NominalPassage { surface, time, hit: false, rests: false };
     Section {
         section: ReturnSection::OtherPhase,
         passages: [at(RIGHT, 0.25 * period), at(LEFT, 0.75 * period)],

@@ -1372,8 +1372,8 @@ def derivatives(
     InputError
         Wrong argument; the message names it.
     NoResultError
-        The trajectory grazes, two stops act at once, or it comes to rest: a derivative does not
-        exist.
+        The trajectory grazes, two stops act at once, or it rebounds without end: a derivative does
+        not exist.
 
     Examples
     --------

@@ -92,7 +92,7 @@ def direct_return(
     InputError
         Wrong argument; the message names it. Of the function: array of a wrong shape.
     NoResultError
-        Of the function: the trajectory grazes, two stops act at once, or it comes to rest.
+        Of the function: the trajectory grazes, two stops act at once, or it rebounds without end.
 
     Examples
     --------

@@ -118,7 +118,8 @@ fn about_the_stop<'a, S: Real>(
     let mut start = |number: usize| {
         let section = sections[number / LANES % sections.len()];
         let map = DirectReturn::over_periods(system, &parameters, section, 1).ok()?;
-        let passages = [0.0, 4.0].map(|time| NominalPassage { surface, time, hit: false });
+        let passages =
+            [0.0, 4.0].map(|time| NominalPassage { surface, time, hit: false, rests: false });
         let map = map.with_passages(&passages).ok()?;
         let [off, rate, phase] = [0.3, 0.1, 3.0].map(|size| size * scatter.next());
         // NOTE: every eighth state is on the surface.

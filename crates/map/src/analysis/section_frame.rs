@@ -142,12 +142,13 @@ impl<S: Real> SectionFrame<S> {
     /// Grazing passages of one return of nominal length `duration`, in the order in which they
     /// follow the section, then its hits.
     pub fn nominal_passages(&self, duration: S) -> Vec<NominalPassage> {
-        let passages = self.passages.iter().map(|at| (at.surface, at.share, false));
-        let hits = self.hits.iter().map(|at| (at.surface, at.share, true));
-        let nominal = passages.chain(hits).map(|(surface, share, hit)| NominalPassage {
+        let passages = self.passages.iter().map(|at| (at.surface, at.share, [false; 2]));
+        let hits = self.hits.iter().map(|at| (at.surface, at.share, [true, at.rests]));
+        let nominal = passages.chain(hits).map(|(surface, share, [hit, rests])| NominalPassage {
             surface,
             time: share * duration.to_f64(),
             hit,
+            rests,
         });
         nominal.collect()
     }

@@ -23,6 +23,9 @@ const CORNERS: usize = 5;
 /// Largest number of Newton steps to a depth.
 const NEWTON_STEPS: usize = 30;
 
+/// Largest change of a depth along a coordinate, relative to that along a parameter, that is
+/// rounding.
+const UNMOVED: f64 = 1e-20;
 /// Step of a difference quotient, relative to a half-width, when a depth is met to rounding.
 const FINE_STEP: f64 = 1e-6;
 
@@ -48,17 +51,17 @@ pub struct SamplePoint {
 ///
 /// Depths are spread evenly in their logarithm over four decades up to the window's, all other
 /// variables evenly over the half-widths. The coordinate along which the depth is steepest is
-/// solved for. An infinite half-width counts as the window's depth, the size of a deviation of
-/// weight 2. With several passages each is placed at the depth in turn, which determines the depths
-/// of the others within the window; joint contacts of two passages are sampled
-/// [separately](Self::joint_points).
+/// solved for; a parameter, if no coordinate moves the depth. An infinite half-width counts as the
+/// window's depth, the size of a deviation of weight 2. With several passages each is placed at the
+/// depth in turn, which determines the depths of the others within the window; joint contacts of
+/// two passages are sampled [separately](Self::joint_points).
 #[derive(Clone, Debug)]
 pub struct WindowSample {
     depths: DepthEvaluation<f64>,
     deepest: f64,
     state: Vec<f64>,
     parameters: Vec<f64>,
-    /// For each passage, the coordinate along which its depth is steepest, which is solved for.
+    /// For each passage, the variable along which its depth is steepest, which is solved for.
     pub(super) steepest: Vec<usize>,
 }
 
@@ -79,10 +82,10 @@ impl WindowSample {
         sample.with_steepest()
     }
 
-    /// Finds the steepest coordinate of each passage.
+    /// Finds the steepest variable of each passage.
     fn with_steepest(mut self) -> Self {
         let passages = 0..self.steepest.len();
-        self.steepest = passages.map(|passage| self.steepest_coordinate(passage)).collect();
+        self.steepest = passages.map(|passage| self.steepest_variable(passage)).collect();
         self
     }
 
@@ -415,7 +418,7 @@ impl WindowSample {
         (first..first + count).filter_map(|index| self.point(index)).collect()
     }
 
-    /// Moves the steepest coordinate of a passage until that passage has a given depth; `None` if
+    /// Moves the steepest variable of a passage until that passage has a given depth; `None` if
     /// another passage is then deeper than the window.
     fn at_depth(
         &self,
@@ -424,46 +427,49 @@ impl WindowSample {
         parameters: Vec<f64>,
         depth: f64,
     ) -> Option<SamplePoint> {
-        let (state, depths) = self.placed(passage, state, &parameters, depth)?;
-        let here = depths[passage];
-        let deepest = depths.into_iter().fold(here, f64::max);
-        (deepest <= self.deepest.max(here)).then_some(SamplePoint {
-            state,
-            parameters,
-            depth: deepest,
-        })
+        let (point, depths) = self.placed(passage, state, &parameters, depth)?;
+        (point.depth <= self.deepest.max(depths[passage])).then_some(point)
     }
 
-    /// Moves the steepest coordinate of a passage until that passage has a given depth; returns the
-    /// state and the depths of all passages.
+    /// Moves the steepest variable of a passage until that passage has a given depth; returns the
+    /// point and the depths of all passages.
     pub(super) fn placed(
         &self,
         passage: usize,
         state: Vec<f64>,
         parameters: &[f64],
         depth: f64,
-    ) -> Option<(Vec<f64>, Vec<f64>)> {
+    ) -> Option<(SamplePoint, Vec<f64>)> {
         check();
         let along = (*self.steepest.get(passage)?, 1e-4 * self.deepest);
         let mut offsets = [state.as_slice(), parameters].concat();
         let depths = self.solve(passage, along, &mut offsets, depth)?;
-        offsets.truncate(self.state.len());
-        Some((offsets, depths))
+        let parameters = offsets.split_off(self.state.len());
+        let depth = depths.iter().copied().fold(depths[passage], f64::max);
+        Some((SamplePoint { state: offsets, parameters, depth }, depths))
     }
 
-    /// Coordinate along which the depth of a passage changes most.
-    fn steepest_coordinate(&self, passage: usize) -> usize {
-        self.most_moving(passage, &vec![1e-4 * self.deepest; self.state.len()])
+    /// Coordinate along which the depth of a passage changes most; the parameter, if the
+    /// coordinates move it by rounding alone.
+    fn steepest_variable(&self, passage: usize) -> usize {
+        let steps = vec![1e-4 * self.deepest; self.state.len() + self.parameters.len()];
+        let [coordinate, any] =
+            [self.state.len(), steps.len()].map(|count| self.most_moving(passage, &steps[..count]));
+        let moved = |variable| self.moved(passage, variable, steps[variable]);
+        if moved(coordinate) > UNMOVED * moved(any) { coordinate } else { any }
     }
 
     /// Variable that moves the depth of a passage most, each by its own step.
     fn most_moving(&self, passage: usize, steps: &[f64]) -> usize {
-        let moved = |variable: usize| {
-            let mut offsets = vec![0.0; self.state.len() + self.parameters.len()];
-            offsets[variable] = steps[variable];
-            self.depth(passage, &offsets).abs()
-        };
+        let moved = |variable: usize| self.moved(passage, variable, steps[variable]);
         (0..steps.len()).max_by(|&a, &b| moved(a).total_cmp(&moved(b))).unwrap_or(0)
+    }
+
+    /// Magnitude of the depth of a passage where one variable has an offset.
+    fn moved(&self, passage: usize, variable: usize, offset: f64) -> f64 {
+        let mut offsets = vec![0.0; self.state.len() + self.parameters.len()];
+        offsets[variable] = offset;
+        self.depth(passage, &offsets).abs()
     }
 }
 
@@ -529,9 +535,8 @@ impl WindowSample {
         let bracket = Bracket::new(ends[0], ends[1], shallow, deep).ok()?;
         let tolerance = RESOLUTION * ends[1];
         let y = bracket.itp((shallow, deep), tolerance, excess).root()?;
-        let (state, depths) = at(y)?;
-        let deepest = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        (deepest <= self.deepest()).then_some(SamplePoint { state, parameters, depth: deepest })
+        let (point, _) = at(y)?;
+        (point.depth <= self.deepest()).then_some(point)
     }
 }
 

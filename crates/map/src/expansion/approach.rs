@@ -188,8 +188,10 @@ pub(super) fn time_of_minimum<S: Real>(
     Ok(root)
 }
 
-/// Slopes of the depth below this share of the largest count as zero.
+/// Slopes of the depth along coordinates below this share of the largest count as zero, and below
+/// this share of the largest along a parameter as rounding.
 const NO_SLOPE: f64 = 1e-9;
+const ROUNDED_SLOPE: f64 = 1e-20;
 
 /// The variables (coordinates; parameters) as jets in `(y; c', p)`.
 #[derive(Clone, Debug)]
@@ -281,8 +283,10 @@ pub(super) fn steepest_coordinate<S: Real>(
         monomial.map_or(0.0, |monomial| depth.coefficients()[monomial].magnitude())
     };
     let largest = (0..variables.coordinates).map(slope).fold(0.0, f64::max);
+    let by_parameters = (variables.coordinates..variables.weights.len()).map(slope);
+    let rounding = ROUNDED_SLOPE * by_parameters.fold(0.0, f64::max);
     (0..variables.coordinates)
-        .filter(|&coordinate| slope(coordinate) > NO_SLOPE * largest)
+        .filter(|&coordinate| slope(coordinate) > (NO_SLOPE * largest).max(rounding))
         .min_by(|&a, &b| {
             let lighter = variables.weights[a].cmp(&variables.weights[b]);
             lighter.then(slope(b).total_cmp(&slope(a)))

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::free_flow::Corners;
 use super::outcome::{NotLocated, OrbitError};
-use super::piecewise::{FlightPart, FlowEvent, MOST_STEPS, PiecewiseFlow};
+use super::piecewise::{FlightPart, FlowEvent, MOST_STEPS, PiecewiseFlow, gap_along};
 use super::section::Geometry;
 use crate::flow::{
     Field, FlowError, InputKind, Program, bound_but, evaluate, local_series, products_of_jet_step,
@@ -41,6 +41,9 @@ pub struct EventDerivatives {
     pub meets: bool,
     /// Normal velocity `|h'|` at which it is met; 0 where its contact ends.
     pub speed: Dd,
+    /// Whether the motion comes to rest against the surface from here, at once or by ever smaller
+    /// rebounds, which are not listed.
+    pub rests: bool,
     /// Time since the start.
     pub time: Jet<Dd>,
 }
@@ -99,8 +102,12 @@ pub enum DerivativesError {
         /// Time since the start.
         time: f64,
     },
-    /// The motion comes to rest against a surface.
-    #[error("`{surface}` is hit more than {hits} times: the motion comes to rest there")]
+    /// The motion comes to rest against a surface, or is about to at the end, by rebounds that it
+    /// does not forget.
+    #[error(
+        "`{surface}` is hit more than {hits} times: the motion comes to rest there by ever smaller \
+         rebounds, and its state remembers them"
+    )]
     ComesToRest {
         /// Name of the surface.
         surface: String,
@@ -174,9 +181,10 @@ const EVENTS_SHARE: f64 = 0.1;
 ///
 /// # Errors
 ///
-/// [`DerivativesError`] if a derivative does not exist or cannot be computed. A motion that comes
-/// to rest against a stop is [`DerivativesError::ComesToRest`]. [`DerivativesError::TooLong`] if
-/// the jets would cost more than some minutes.
+/// [`DerivativesError`] if a derivative does not exist or cannot be computed. A motion of several
+/// degrees of freedom that comes to rest against a stop by rebounds is
+/// [`DerivativesError::ComesToRest`]. [`DerivativesError::TooLong`] if the jets would cost more
+/// than some minutes.
 pub fn jets_along(
     scene: &Scene,
     start: &[Dd],
@@ -277,6 +285,7 @@ pub fn watched_jets_along(
         surface: event.surface,
         meets: event.meets,
         speed: event.speed,
+        rests: event.rests,
         time,
     });
     Ok(JetsAlong { state: end, events: events.collect(), duration })
@@ -353,10 +362,10 @@ impl Names<'_> {
         let mut both: Option<(usize, usize, f64)> = None;
         let look = |passed: FlightPart<'_, '_, Dd>| -> Option<()> {
             match passed {
-                FlightPart::Step { elapsed, length, step, contact, .. } => {
+                FlightPart::Step { elapsed, length, step, contact, released, .. } => {
                     watch(elapsed);
                     for surface in (0..surfaces).filter(|&at| contact != Some(at)) {
-                        let event = step.watched_coefficients(surface);
+                        let event = &gap_along(step, surface, released);
                         largest[surface] = largest[surface].max(event[0].to_f64().abs());
                         if let Some(held) = contact
                             && evaluate_at(event, length).0 < Dd::ZERO
@@ -371,6 +380,11 @@ impl Names<'_> {
                     }
                 }
                 FlightPart::Event(event) => events.push(event.clone()),
+                FlightPart::Again => {
+                    minima.clear();
+                    events.clear();
+                    both = None;
+                }
             }
             None
         };

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::outcome::{NamedValues, NotLocated, OrbitError};
-use super::piecewise::{FlightPart, MOST_STEPS, PiecewiseFlow};
+use super::piecewise::{FlightPart, MOST_STEPS, PiecewiseFlow, gap_along};
 use crate::flow::{Integrator, Step, bound_but, horner};
 use crate::model::{CornerOperation, Model, NodeId, Response, Scene, Surface};
 use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, extrema};
@@ -78,13 +78,14 @@ pub(super) fn gaps(
     parameters: &[f64],
     duration: f64,
 ) -> Result<Gaps, OrbitError> {
-    let largest = vec![f64::NEG_INFINITY; flow.watched()];
-    let mut found = Gaps { minima: Vec::new(), largest, steps: 0 };
+    let none =
+        || Gaps { minima: Vec::new(), largest: vec![f64::NEG_INFINITY; flow.watched()], steps: 0 };
+    let mut found = none();
     let mut ends = vec![f64::INFINITY; flow.watched()];
     let look = |passed: FlightPart<'_, '_, f64>| -> Option<()> {
-        let (elapsed, length, state, step, contact) = match passed {
-            FlightPart::Step { elapsed, length, start, step, contact } => {
-                (elapsed, length, start, step, contact)
+        let (elapsed, length, state, step, contact, released) = match passed {
+            FlightPart::Step { elapsed, length, start, step, contact, released } => {
+                (elapsed, length, start, step, contact, released)
             }
             FlightPart::Event(event) => {
                 let beyond = ends.iter().enumerate().filter(|&(surface, &end)| {
@@ -98,10 +99,15 @@ pub(super) fn gaps(
                 }));
                 return None;
             }
+            FlightPart::Again => {
+                found = none();
+                ends.fill(f64::INFINITY);
+                return None;
+            }
         };
         found.steps += 1;
         for (surface, end) in ends.iter_mut().enumerate() {
-            let event = step.watched_coefficients(surface);
+            let event = &gap_along(step, surface, released);
             *end = horner(event, length);
             found.largest[surface] = found.largest[surface].max(horner(event, 0.0));
             if contact == Some(surface) {
@@ -140,7 +146,7 @@ pub(super) fn each_step<T>(
 ) -> Result<Option<T>, OrbitError> {
     let steps = |passed: FlightPart<'_, '_, f64>| match passed {
         FlightPart::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
-        FlightPart::Event(_) => None,
+        FlightPart::Event(_) | FlightPart::Again => None,
     };
     flow.each(start, parameters, duration, &mut { MOST_STEPS }, steps)
 }

@@ -40,6 +40,9 @@ pub struct OrbitHit {
     pub speed: Dd,
     /// Time since the first grazing point of the period, in `[0, period of the orbit)`.
     pub time: Dd,
+    /// Whether the orbit comes to rest against the surface, at once or by ever smaller rebounds.
+    #[serde(default)]
+    pub rests: bool,
 }
 
 /// A periodic orbit that grazes: of the free flow, and of the hits that the scene names.
@@ -231,7 +234,12 @@ pub struct FollowingHit {
     /// Time from the section point to the minimum that the approach would have had, as a share of
     /// the period, in `[0, 1)`.
     pub share: f64,
+    /// Whether the orbit comes to rest against the surface.
+    pub rests: bool,
 }
+
+/// Largest modulus of a multiplier that is zero to rounding.
+const FORGOTTEN: f64 = 1e-13;
 
 /// A passage within this share of the period from the section counts as on it.
 const ON_SECTION: f64 = 1e-24;
@@ -289,9 +297,17 @@ impl GrazingOrbit {
             FollowingHit {
                 surface: hit.surface,
                 share: (time / self.period).to_f64().min(BELOW_ONE),
+                rests: hit.rests,
             }
         });
         hits.collect()
+    }
+
+    /// Whether a rest against a stop leaves nothing of a deviation: every multiplier is zero to
+    /// rounding.
+    pub fn forgets(&self) -> bool {
+        let vanishes = |[re, im]: &[f64; 2]| re.hypot(*im) <= FORGOTTEN;
+        self.hits.iter().any(|hit| hit.rests) && self.multipliers.iter().all(vanishes)
     }
 
     /// Contacts of one period in order, from the first graze.

@@ -265,10 +265,10 @@ pub enum NotLocated {
         /// The adjusted parameters.
         at: NamedValues,
     },
-    /// The section's phase falls inside a contact with a compliant stop that the orbit hits.
+    /// The orbit rests against a stop at the section's phase.
     #[error(
-        "the section's phase falls inside a contact with `{surface}`, which its coordinates do \
-         not tell: choose another `section.phase`"
+        "the orbit rests against `{surface}` at the section's phase, and no neighbour of its \
+         section point does: choose another `section.phase`"
     )]
     SectionInContact {
         /// Name of the surface.

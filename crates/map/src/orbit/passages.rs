@@ -307,6 +307,10 @@ pub(super) fn describe(
     let section = graze.section.clone();
     let forced = (&scene.model, scene.grazing.periods);
     let point = section_point(forced, &system.flow, geometry, &section, graze)?;
+    if let Some(surface) = system.flow.rests_at(&point, &parameters) {
+        let surface = scene.model.surfaces[surface].name.clone();
+        return Err(Stop::Ended(NotLocated::SectionInContact { surface }));
+    }
     let monodromy = if point == graze.state {
         on_section(&round(&legs), &section, &geometry.at(&point, &parameters))
     } else {
@@ -350,6 +354,7 @@ fn hits(
         state: with_reduced_phase(scene, event.state),
         speed: event.speed,
         time: event.time,
+        rests: event.rests,
     });
     Ok(hits.collect())
 }

@@ -2,8 +2,8 @@
 //!
 //! Between hits the flow is smooth. A hit is transversal: the surface is met with a normal
 //! velocity, so that its time is a smooth function of the start. At a rigid stop the state is
-//! reset; a compliant stop replaces the field until its contact ends. Surfaces that the orbit only
-//! grazes do not act here.
+//! reset; a compliant stop replaces the field until its contact ends, and so does a rigid stop at
+//! which the orbit comes to rest. Surfaces that the orbit only grazes do not act here.
 //!
 //! Jets pass an event with the time of the event as a jet `τ`, the root of `h(φ_τ(x)) = 0`: fly
 //! `τ` along the field before, reset, fly `−τ` along the field after. The event then takes place
@@ -17,20 +17,23 @@ use crate::flow::{
     flow_with_jacobian_within, jet_transport_taylor_within, local_series,
 };
 use crate::interruption::check;
-use crate::jet::{Jet, implicit_root, power_series_with_slope_at};
-use crate::model::{ExpressionGraph, NodeId, Response, Scene};
+use crate::jet::{Jet, JetSpace, implicit_root, power_series_with_slope_at};
+use crate::model::{ExpressionGraph, NodeId, Response, Scene, stick_field};
 use crate::numeric::polynomial::{CrossingDirection, crossings, evaluate as value_and_slope};
 use crate::numeric::{Real, converted};
 use nalgebra::DMatrix;
+use std::collections::BTreeSet;
 
 /// Free flow with the hits of a scene's grazing orbit.
 #[derive(Clone, Debug)]
 pub struct PiecewiseFlow {
-    /// Free flight first, then the contacts with the compliant stops that are hit.
+    /// Free flight first, then the contacts with the stops that are hit.
     modes: Vec<Mode>,
     graph: ExpressionGraph,
     /// Number of functions watched for the caller.
     watched: usize,
+    /// Whether a state at rest against a stop is known by its phase alone.
+    forgets: bool,
 }
 
 /// A smooth field, and the events at which it ends.
@@ -38,7 +41,7 @@ pub struct PiecewiseFlow {
 struct Mode {
     field: Field,
     exits: Vec<Exit>,
-    /// Compliant surface in contact (index).
+    /// Surface in contact (index).
     contact: Option<usize>,
 }
 
@@ -50,7 +53,7 @@ struct Exit {
     /// Number of the event's function among those that the field watches.
     watched: usize,
     kind: ExitKind,
-    /// Mode that follows.
+    /// Mode that follows; after an impact, that of a rebound.
     to: usize,
 }
 
@@ -64,7 +67,10 @@ enum ExitKind {
         reset: Option<Box<Reset>>,
     },
     /// The release function of a contact changes its sign.
-    Release,
+    Release {
+        /// Number of coefficients of the gap's series that vanish there.
+        vanishing: usize,
+    },
 }
 
 /// State after an impact.
@@ -73,6 +79,41 @@ struct Reset {
     nodes: Vec<NodeId>,
     /// Expressions of the reset over jets.
     program: Program,
+    /// Normal velocity over jets.
+    normal: Program,
+    /// Mode of rest against the stop; `None` if it has no stick field.
+    rest: Option<usize>,
+}
+
+impl Reset {
+    /// Jets just after an impact.
+    fn over_jets<S: Real>(&self, met: &[Jet<S>], parameters: &[Jet<S>]) -> Vec<Jet<S>> {
+        let inputs: Vec<_> = met.iter().chain(parameters).cloned().collect();
+        evaluate(&self.program, met[0].space(), &inputs)
+    }
+
+    /// State that has lost its normal velocity along the kick of the impact.
+    fn state_at_rest<S: Real>(&self, met: &[S], parameters: &[S]) -> Result<Vec<S>, OrbitError> {
+        let space = JetSpace::uniform(1, 0)?;
+        let constant = |value: &S| Jet::constant(&space, *value);
+        let [met, parameters] = [met, parameters].map(|values| values.iter().map(constant));
+        let rest = self.to_rest(&met.collect::<Vec<_>>(), &parameters.collect::<Vec<_>>());
+        Ok(rest.iter().map(Jet::head).collect())
+    }
+
+    /// Jets of a state that has lost its normal velocity along the kick of the impact.
+    fn to_rest<S: Real>(&self, met: &[Jet<S>], parameters: &[Jet<S>]) -> Vec<Jet<S>> {
+        let normal = |state: &[Jet<S>]| {
+            let inputs: Vec<_> = state.iter().chain(parameters).cloned().collect();
+            evaluate(&self.normal, met[0].space(), &inputs).remove(0)
+        };
+        let after = self.over_jets(met, parameters);
+        let speed = -&normal(met);
+        let total = &normal(&after) + &speed;
+        let share = &speed / &total;
+        let kicks = met.iter().zip(&after);
+        kicks.map(|(met, after)| met + &(&share * &(after - met))).collect()
+    }
 }
 
 /// An event of a piecewise flow.
@@ -90,6 +131,8 @@ pub struct FlowEvent<S> {
     pub meets: bool,
     /// Normal velocity `|h'|` at which the surface is met; 0 where its contact ends.
     pub speed: S,
+    /// Whether the orbit comes to rest against the surface, at once or by ever smaller rebounds.
+    pub rests: bool,
     mode: usize,
     exit: usize,
 }
@@ -108,7 +151,7 @@ pub struct JetsThrough<'f, S: Real> {
 impl<S: Real> FlowEvent<S> {
     /// The event over another scalar.
     pub fn converted<T: Real>(&self) -> FlowEvent<T> {
-        let Self { time, surface, ref state, ref after, meets, speed, mode, exit } = *self;
+        let Self { time, surface, ref state, ref after, meets, speed, rests, mode, exit } = *self;
         FlowEvent {
             time: T::from_dd(time.to_dd()),
             surface,
@@ -116,6 +159,7 @@ impl<S: Real> FlowEvent<S> {
             after: converted(after),
             meets,
             speed: T::from_dd(speed.to_dd()),
+            rests,
             mode,
             exit,
         }
@@ -137,6 +181,14 @@ const MOST_EVENTS: usize = 256;
 /// Longest stay beyond a surface that counts as a graze where the surface is also hit, as a share
 /// of the forcing period.
 pub const BRIEF: f64 = 0.05;
+/// Longest chatter, in times in which the acceleration towards the stop changes by itself: of what
+/// is left where a rest is certain, and of all of it from the first impact.
+const RESTING: f64 = 1e-3;
+const CHATTERING: f64 = 0.5;
+/// Rounding errors of the state within which a gap and its velocity are those of a rest.
+const STILL: f64 = 1e3;
+/// Coefficients of the gap's series that vanish where a rest ends: gap, velocity, acceleration.
+const AT_REST: usize = 3;
 
 impl PiecewiseFlow {
     /// The flow of a scene; its fields watch `watched`, and the kinds of the parameters are given.
@@ -147,7 +199,7 @@ impl PiecewiseFlow {
     /// The flow of a scene as [`new`](Self::new), with `watched` nodes of a larger graph.
     pub(super) fn of_graph(
         scene: &Scene,
-        graph: ExpressionGraph,
+        mut graph: ExpressionGraph,
         watched: &[NodeId],
         parameters: &[InputKind],
     ) -> Self {
@@ -163,13 +215,24 @@ impl PiecewiseFlow {
         let compliant =
             |surface: &usize| matches!(model.surfaces[*surface].response, Response::Contact { .. });
         let contacts: Vec<usize> = hits.iter().copied().filter(compliant).collect();
+        let stuck = hits.iter().filter_map(|&surface| {
+            Some((surface, stick_field(&mut graph, model, &model.surfaces[surface])?))
+        });
+        let stuck: Vec<(usize, Vec<NodeId>)> = stuck.collect();
         let exits = hits.iter().enumerate().map(|(number, &surface)| {
             let grazed = scene.grazing.passages.contains(&surface);
             let brief = if grazed { brief } else { 0.0 };
+            let rest = stuck.iter().position(|(at, _)| *at == surface);
             let reset = match &model.surfaces[surface].response {
                 Response::Impact { reset } => Some(Box::new(Reset {
                     program: Program::new(&graph, reset, &inputs),
                     nodes: reset.clone(),
+                    normal: Program::new(
+                        &graph,
+                        &[model.surfaces[surface].normal_velocity],
+                        &inputs,
+                    ),
+                    rest: rest.map(|rest| 1 + contacts.len() + rest),
                 })),
                 Response::Contact { .. } => None,
             };
@@ -186,18 +249,23 @@ impl PiecewiseFlow {
             exits: exits.collect(),
             contact: None,
         };
+        let held = |surface: usize, field: &[NodeId], release: NodeId, vanishing: usize| {
+            let watched: Vec<NodeId> = all.iter().copied().chain([release]).collect();
+            let kind = ExitKind::Release { vanishing };
+            let release = Exit { surface, watched: all.len(), kind, to: 0 };
+            let field = Field::new(&graph, field, &watched, parameters);
+            Mode { field, exits: vec![release], contact: Some(surface) }
+        };
         let contact = |&surface: &usize| match &model.surfaces[surface].response {
-            Response::Contact { field, release } => {
-                let watched: Vec<NodeId> = all.iter().copied().chain([*release]).collect();
-                let release = Exit { surface, watched: all.len(), kind: ExitKind::Release, to: 0 };
-                let field = Field::new(&graph, field, &watched, parameters);
-                Some(Mode { field, exits: vec![release], contact: Some(surface) })
-            }
+            Response::Contact { field, release } => Some(held(surface, field, *release, 0)),
             Response::Impact { .. } => None,
         };
-        let contacts: Vec<Mode> = contacts.iter().filter_map(contact).collect();
-        let modes = std::iter::once(free).chain(contacts).collect();
-        Self { modes, graph, watched: watched.len() }
+        let rest = |(surface, field): &(usize, Vec<NodeId>)| {
+            held(*surface, field, model.surfaces[*surface].normal_acceleration, AT_REST)
+        };
+        let contacts = contacts.iter().filter_map(contact);
+        let modes = std::iter::once(free).chain(contacts).chain(stuck.iter().map(rest)).collect();
+        Self { modes, graph, watched: watched.len(), forgets: forgets(scene) }
     }
 
     /// The flow of a scene with all parameters as arguments.
@@ -332,7 +400,7 @@ impl PiecewiseFlow {
         for event in events {
             jets = fly(&self.modes[mode].field, &jets, event.time - elapsed)?;
             let (after, time) = self.through(event, &jets, parameters)?;
-            (jets, elapsed, mode) = (after, event.time, self.exit(event).to);
+            (jets, elapsed, mode) = (after, event.time, self.following(event));
             times.push(time.add_constant(event.time));
         }
         let state = fly(&self.modes[mode].field, &jets, duration - elapsed)?;
@@ -341,6 +409,15 @@ impl PiecewiseFlow {
 
     fn exit<S>(&self, event: &FlowEvent<S>) -> &Exit {
         &self.modes[event.mode].exits[event.exit]
+    }
+
+    /// Mode after an event.
+    fn following<S>(&self, event: &FlowEvent<S>) -> usize {
+        let Exit { kind, to, .. } = self.exit(event);
+        match kind {
+            ExitKind::Hit { reset: Some(reset), .. } if event.rests => reset.rest.unwrap_or(*to),
+            _ => *to,
+        }
     }
 
     /// Jets just after an event, moved to the time of the event of their heads, and the jet of the
@@ -359,13 +436,14 @@ impl PiecewiseFlow {
             implicit_root(&Jet::zero(space), |time| power_series_with_slope_at(function, time))?;
         let met = before.state_at(&time);
         let after = match &exit.kind {
-            ExitKind::Hit { reset: Some(reset), .. } => {
-                let inputs: Vec<_> = met.iter().chain(parameters).cloned().collect();
-                evaluate(&reset.program, space, &inputs)
+            ExitKind::Hit { reset: Some(reset), .. } if event.rests => {
+                reset.to_rest(&met, parameters)
             }
+            ExitKind::Hit { reset: Some(reset), .. } => reset.over_jets(&met, parameters),
             _ => met,
         };
-        let behind = local_series(&self.modes[exit.to].field, &after, parameters, order);
+        let field = &self.modes[self.following(event)].field;
+        let behind = local_series(field, &after, parameters, order);
         Ok((behind.state_at(&-&time), time))
     }
 
@@ -386,6 +464,7 @@ impl PiecewiseFlow {
                     end.copy_from_slice(&event.after);
                     events.push(event.clone());
                 }
+                FlightPart::Again => events.clear(),
             }
             None
         };
@@ -403,12 +482,37 @@ impl PiecewiseFlow {
         steps_left: &mut usize,
         mut look: impl FnMut(FlightPart<'_, '_, S>) -> Option<T>,
     ) -> Result<Option<T>, OrbitError> {
+        let mut rests = BTreeSet::new();
+        loop {
+            let flown = (start, parameters, duration);
+            match self.each_until_rest(flown, steps_left, &rests, &mut look)? {
+                Ok(found) => return Ok(found),
+                Err(event) => {
+                    rests.insert(event);
+                    look(FlightPart::Again);
+                }
+            }
+        }
+    }
+
+    /// Flies as [`each`](Self::each), with rest after the events of some numbers; returns the
+    /// number of a further event after which the orbit comes to rest, as soon as this is certain.
+    fn each_until_rest<S: Real, T>(
+        &self,
+        (start, parameters, duration): (&[S], &[S], S),
+        steps_left: &mut usize,
+        rests: &BTreeSet<usize>,
+        look: &mut impl FnMut(FlightPart<'_, '_, S>) -> Option<T>,
+    ) -> Result<Result<Option<T>, usize>, OrbitError> {
         let limit = *steps_left;
         let mut flights: Vec<Integrator<'_, S>> =
             self.modes.iter().map(|mode| Integrator::new(&mode.field)).collect();
         let (mut state, mut elapsed) = (start.to_vec(), S::zero());
         let mut mode = self.first_mode(&state, parameters);
         let (mut sign, mut events) = (None, 0);
+        // Surface that was just released from a rest, and the impacts that may be a chatter.
+        let mut released = None;
+        let mut chatter = Chatter::default();
         while elapsed < duration {
             if *steps_left == 0 {
                 let remaining = (duration - elapsed).to_f64();
@@ -417,33 +521,62 @@ impl PiecewiseFlow {
             *steps_left -= 1;
             check();
             let step = flights[mode].step(&state, parameters)?;
-            let rest = duration - elapsed;
-            let whole = if step.length < rest { step.length } else { rest };
-            let met = self.first_exit(mode, &step, whole, &mut sign);
+            let remaining = duration - elapsed;
+            let whole = if step.length < remaining { step.length } else { remaining };
+            let met = self.first_exit(mode, &step, whole, (&mut sign, released));
             let length = met.map_or(whole, |(time, _)| time);
             let contact = self.modes[mode].contact;
-            let passed = FlightPart::Step { elapsed, length, start: &state, step: &step, contact };
+            let start = &state;
+            let passed =
+                FlightPart::Step { elapsed, length, start, step: &step, contact, released };
             if let Some(found) = look(passed) {
-                return Ok(Some(found));
+                return Ok(Ok(Some(found)));
             }
+            released = None;
             step.state_at(length, &mut state);
             let slope = |watched| {
                 let coefficients = step.watched_coefficients(watched);
                 value_and_slope(coefficients, length).1
             };
             let speed = met.map(|(_, exit)| slope(self.modes[mode].exits[exit].watched).abs());
-            elapsed = if length == rest { duration } else { elapsed + length };
+            elapsed = if length == remaining { duration } else { elapsed + length };
             let Some((_, exit)) = met else { continue };
             events += 1;
-            let Exit { surface, kind, to, .. } = &self.modes[mode].exits[exit];
+            let Exit { surface, kind, .. } = &self.modes[mode].exits[exit];
             if events > MOST_EVENTS {
                 let surface = *surface;
                 return Err(OrbitError::ManyHits { surface, limit: MOST_EVENTS });
             }
             let meets = matches!(kind, ExitKind::Hit { .. });
             let before = state.clone();
-            if let ExitKind::Hit { reset: Some(reset), .. } = kind {
-                state = self.reset(reset, &state, parameters);
+            let speed = speed.filter(|_| meets).unwrap_or(S::zero());
+            let mut at_rest = false;
+            match kind {
+                ExitKind::Hit { reset: Some(reset), .. } => {
+                    let number = events - 1;
+                    state = self.reset(reset, &before, parameters);
+                    at_rest = rests.contains(&number);
+                    if !at_rest && reset.rest.is_some() {
+                        let ahead = flights[0].step(&state, parameters)?;
+                        let gap = ahead.watched_coefficients(self.modes[mode].exits[exit].watched);
+                        match chatter.after(number, *surface, speed, gap) {
+                            Rebound::Rests => at_rest = true,
+                            Rebound::Leaves => {}
+                            Rebound::Chatters { first, left } => {
+                                if self.forgets && left < duration - elapsed {
+                                    return Ok(Err(first));
+                                }
+                            }
+                        }
+                    }
+                    if at_rest {
+                        state = reset.state_at_rest(&before, parameters)?;
+                    }
+                }
+                ExitKind::Hit { reset: None, .. } => {}
+                ExitKind::Release { vanishing } => {
+                    released = Some(Released { surface: *surface, vanishing: *vanishing });
+                }
             }
             let event = FlowEvent {
                 time: elapsed,
@@ -451,30 +584,55 @@ impl PiecewiseFlow {
                 state: before,
                 after: state.clone(),
                 meets,
-                speed: speed.filter(|_| meets).unwrap_or(S::zero()),
+                speed,
+                rests: at_rest,
                 mode,
                 exit,
             };
-            (mode, sign) = (*to, None);
+            (mode, sign) = (self.following(&event), None);
             if let Some(found) = look(FlightPart::Event(&event)) {
-                return Ok(Some(found));
+                return Ok(Ok(Some(found)));
             }
         }
-        Ok(None)
+        Ok(Ok(None))
+    }
+
+    /// Surface against which a state rests.
+    pub(super) fn rests_at<S: Real>(&self, state: &[S], parameters: &[S]) -> Option<usize> {
+        let mode = &self.modes[self.first_mode(state, parameters)];
+        let is_release = |exit: &Exit| match exit.kind {
+            ExitKind::Release { vanishing } => vanishing == AT_REST,
+            ExitKind::Hit { .. } => false,
+        };
+        mode.contact.filter(|_| mode.exits.iter().any(is_release))
     }
 
     /// Mode of a flight that starts at a state: a contact if the state is beyond a compliant stop
-    /// that is not grazed.
+    /// that is not grazed, or rests against a rigid stop.
     fn first_mode<S: Real>(&self, state: &[S], parameters: &[S]) -> usize {
         let free = &self.modes[0];
         let lasting = |exit: &&Exit| {
             exit.to > 0 && matches!(exit.kind, ExitKind::Hit { brief, .. } if brief == 0.0)
         };
-        if !free.exits.iter().any(|exit| lasting(&exit)) {
+        let at_rest = |exit: &Exit| match &exit.kind {
+            ExitKind::Hit { reset: Some(reset), .. } => reset.rest,
+            _ => None,
+        };
+        if !free.exits.iter().any(|exit| lasting(&exit) || at_rest(exit).is_some()) {
             return 0;
         }
         let mut integrator = Integrator::new(&free.field);
         let Ok(step) = integrator.step(state, parameters) else { return 0 };
+        let size = state.iter().fold(S::zero(), |size, value| size.max(value.abs()));
+        let rounding = size * S::from_f64(STILL * S::ROUNDOFF);
+        let rests = |exit: &&Exit| {
+            let gap = step.watched_coefficients(exit.watched);
+            gap[..2].iter().all(|value| value.abs() <= rounding) && gap[2] < S::zero()
+        };
+        let resting = free.exits.iter().find(|exit| at_rest(exit).is_some() && rests(exit));
+        if let Some(rest) = resting.and_then(at_rest) {
+            return rest;
+        }
         let beyond = |exit: &&Exit| step.watched_coefficients(exit.watched)[0] < S::zero();
         free.exits.iter().filter(lasting).find(beyond).map_or(0, |exit| exit.to)
     }
@@ -485,20 +643,22 @@ impl PiecewiseFlow {
         mode: usize,
         step: &Step<'_, S>,
         length: S,
-        sign: &mut Option<S>,
+        (sign, released): (&mut Option<S>, Option<Released>),
     ) -> Option<(S, usize)> {
         let exits = self.modes[mode].exits.iter().enumerate();
         let times = exits.filter_map(|(number, exit)| {
             let function = step.watched_coefficients(exit.watched);
+            // The gap over a power of the time has the same signs, without the rounding of zeros.
+            let function = &function[vanishing(released, exit.surface)..];
             let leaves = match exit.kind {
                 ExitKind::Hit { .. } => CrossingDirection::Entering,
-                ExitKind::Release => leaving(function, sign),
+                ExitKind::Release { .. } => leaving(function, sign),
             };
             let crossings = crossings(function, length).into_iter();
             let mut there = crossings.filter(|crossing| crossing.direction == leaves);
             let counts = |time: &S| match exit.kind {
                 ExitKind::Hit { brief, .. } => lasts(function, *time, brief),
-                ExitKind::Release => true,
+                ExitKind::Release { .. } => true,
             };
             let time = there.find_map(|crossing| Some(crossing.time).filter(counts))?;
             Some((time, number))
@@ -524,11 +684,99 @@ pub(super) enum FlightPart<'p, 's, S: Real> {
         /// Full state at the beginning of the stretch.
         start: &'p [S],
         step: &'p Step<'s, S>,
-        /// Compliant surface in contact (index).
+        /// Surface in contact (index).
         contact: Option<usize>,
+        /// Contact that ends where the stretch begins.
+        released: Option<Released>,
     },
     /// A hit, or the end of a contact.
     Event(&'p FlowEvent<S>),
+    /// The flight is shown again from its start: the orbit comes to rest after an impact that was
+    /// shown with a rebound.
+    Again,
+}
+
+/// Contact that has just ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Released {
+    surface: usize,
+    /// Number of coefficients of the gap's series that vanish there.
+    vanishing: usize,
+}
+
+/// Number of coefficients of a surface's gap that vanish where a contact ends.
+fn vanishing(released: Option<Released>, surface: usize) -> usize {
+    released.filter(|one| one.surface == surface).map_or(0, |one| one.vanishing)
+}
+
+/// Series of a surface's gap along a stretch, exactly 0 in the coefficients that vanish where the
+/// contact before it ends.
+pub(super) fn gap_along<S: Real>(
+    step: &Step<'_, S>,
+    surface: usize,
+    released: Option<Released>,
+) -> Vec<S> {
+    let mut gap = step.watched_coefficients(surface).to_vec();
+    gap[..vanishing(released, surface)].fill(S::zero());
+    gap
+}
+
+/// Motion after an impact.
+enum Rebound<S> {
+    /// The orbit leaves the stop.
+    Leaves,
+    /// The orbit rests against the stop at once.
+    Rests,
+    /// The orbit comes to rest by ever smaller rebounds.
+    Chatters {
+        /// Number of the first of these impacts.
+        first: usize,
+        /// Time that they still take.
+        left: S,
+    },
+}
+
+/// Impacts on one surface in succession that lead to a rest if they go on so.
+#[derive(Default)]
+struct Chatter {
+    surface: usize,
+    /// Number of the first of them, if there is one.
+    first: Option<usize>,
+    /// Number of the last of them.
+    last: usize,
+}
+
+impl Chatter {
+    /// Motion after the impact of a number, met at a speed, with a series of the gap in the free
+    /// flight behind it.
+    ///
+    /// A rebound `v` under the acceleration `−α` towards the stop takes `2v/α`, and with the
+    /// restitution `r` all rebounds together `2v/(α(1−r))`. They end in a rest if `α` is far from
+    /// 0 so long.
+    fn after<S: Real>(&mut self, number: usize, surface: usize, speed: S, gap: &[S]) -> Rebound<S> {
+        let two = S::from_f64(2.0);
+        let (rebound, pull) = (gap[1], -(two * gap[2]));
+        let jerk = (S::from_f64(6.0) * gap[3]).abs();
+        if pull <= S::zero() {
+            self.first = None;
+            return Rebound::Leaves;
+        }
+        if rebound <= speed * S::from_f64(64.0 * S::ROUNDOFF) {
+            self.first = None;
+            return Rebound::Rests;
+        }
+        let left = two * rebound / (pull * (S::one() - rebound / speed));
+        // Both sides times the jerk.
+        let within = |share: f64| left > S::zero() && left * jerk < pull * S::from_f64(share);
+        if !within(CHATTERING) {
+            self.first = None;
+            return Rebound::Leaves;
+        }
+        let goes_on = self.surface == surface && self.last + 1 == number;
+        let first = self.first.filter(|_| goes_on).unwrap_or(number);
+        *self = Self { surface, first: Some(first), last: number };
+        if within(RESTING) { Rebound::Chatters { first, left } } else { Rebound::Leaves }
+    }
 }
 
 /// Direction in which a release function leaves the sign that it has in the contact. The sign is
@@ -565,4 +813,15 @@ fn brief(scene: &Scene) -> f64 {
     let geometry = Geometry::new(&scene.model, 0);
     let clock = geometry.at(&state, &parameters).clock();
     clock.map_or(0.0, |(rate, _)| BRIEF * phase.period.to_f64() / rate)
+}
+
+/// Whether a state at rest against a stop is known by its phase alone: one degree of freedom, and a
+/// rate of the phase that depends on parameters alone.
+fn forgets(scene: &Scene) -> bool {
+    let model = &scene.model;
+    let is_steady = model.phase.as_ref().is_some_and(|phase| {
+        let inputs = model.graph.dependencies(phase.rate);
+        inputs.iter().all(|&input| input >= model.dimension())
+    });
+    is_steady && model.states.len() == 2
 }

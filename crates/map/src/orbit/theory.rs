@@ -108,6 +108,9 @@ pub enum Expectation {
     },
     /// Contact and free flight do not differ at the graze.
     NoContact,
+    /// The orbit comes to rest against a stop, and its state there is the same with contact and
+    /// without.
+    Forgotten,
     /// The contact begins with a power of `y` between 1 and 2. The multipliers of the orbit with
     /// contact grow beyond all bounds next to the graze.
     Unbounded,
@@ -177,6 +180,7 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
         gap_slopes(scene, &graze.state, orbit.period, orbit.parameters())?[parameter];
     theory.expectation = match contact_power {
         None => Expectation::NoContact,
+        Some(_) if orbit.forgets() => Expectation::Forgotten,
         Some(_) if (theory.largest_multiplier - 1.0).abs() <= NOISE => Expectation::Neutral,
         Some(_) if theory.largest_multiplier >= 1.0 => Expectation::Unstable,
         Some(2.0..) => Expectation::Finite,

@@ -779,6 +779,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let all: usize = hits.iter().sum();
         let named = passages.iter().zip(self.itinerary.hits());
         let missed = named.filter(|(speed, hit)| *hit && speed.is_none()).count();
+        let [rebounds, others] = self.itinerary.rests(log, self.duration.to_f64());
         let mut is_hit = self.itinerary.hits();
         passages.retain(|_| is_hit.next() != Some(true));
         let contacts = passages.iter().flatten().count();
@@ -786,7 +787,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             state: self.simulator.state_after_advance(self.periods),
             elapsed: self.simulator.time(),
             contacts,
-            extra_contacts: all - met.min(all) + missed,
+            extra_contacts: all - (met + rebounds).min(all) + missed + others,
             passages,
             hits,
             impact_speeds: log.contact_speeds(),

@@ -5,7 +5,9 @@ use std::sync::OnceLock;
 use super::affine::AffineSystem;
 use super::variation::Linearisation;
 use crate::flow::{Field, InputKind, Program};
-use crate::model::{Binary, ExpressionGraph, Model, Node, NodeId, Response, Surface, Unary};
+use crate::model::{
+    Binary, ExpressionGraph, Model, Node, NodeId, Response, Surface, Unary, stick_field,
+};
 use crate::numeric::Dd;
 
 /// A model compiled for direct simulation, shared by any number of
@@ -193,7 +195,7 @@ impl SystemLowering<'_> {
             (0..self.model.surfaces.len()).filter(|&other| other != index).collect();
         let law = match &surface.response {
             Response::Impact { reset } => {
-                let stick = stick_field(&mut self.graph, self.model, surface, reset);
+                let stick = stick_field(&mut self.graph, self.model, surface);
                 let pressing = self.graph.neg(surface.normal_acceleration);
                 let stick = stick.map(|field| self.regime(&field, Some(pressing), &others));
                 Law::Rigid { reset: self.program(reset), stick }
@@ -278,7 +280,7 @@ impl SystemLowering<'_> {
         outputs.extend(self.terms(by_velocity));
         ReleaseSlopes {
             program: self.program(&outputs),
-            by_velocity: !is_zero(&self.graph, by_velocity),
+            by_velocity: !self.graph.is_zero(by_velocity),
             gap_component,
         }
     }
@@ -286,7 +288,7 @@ impl SystemLowering<'_> {
     /// Whether a function depends on a component of the state.
     fn moves(&mut self, function: NodeId, component: usize) -> bool {
         let slope = self.graph.derivative(function, component);
-        !is_zero(&self.graph, slope)
+        !self.graph.is_zero(slope)
     }
 
     fn regime(
@@ -313,78 +315,6 @@ impl SystemLowering<'_> {
     }
 }
 
-/// The stick field of a rigid surface; `None` if no coordinate moves `h'` without moving `h`, or if
-/// the reset's impulse does not act on `h'`.
-///
-/// A reset `g` is the identity for contact at zero speed, so that on `h = 0`
-/// `g(x) − x = h' b + O(h'²)`, where `b` is the direction of the contact's impulse. Differentiation
-/// along a coordinate `x_j` that moves `h'` and not `h` gives
-///
-/// ```text
-/// b ∝ ∂_j (g − x),      f_stick = f + λ b,      λ = − h'' / (∇h' · b),
-/// ```
-///
-/// where `λ` keeps `h''` along the stick field at zero. See docs/mathematics/direct-simulation.md.
-fn stick_field(
-    graph: &mut ExpressionGraph,
-    model: &Model,
-    surface: &Surface,
-    reset: &[NodeId],
-) -> Option<Vec<NodeId>> {
-    let dimension = model.dimension();
-    let slopes: Vec<_> =
-        (0..dimension).map(|j| graph.derivative(surface.normal_velocity, j)).collect();
-    let coordinate = (0..dimension).find(|&j| {
-        let moves_gap = graph.derivative(surface.event, j);
-        !is_zero(graph, slopes[j]) && is_zero(graph, moves_gap)
-    })?;
-    let kicks: Vec<_> = (0..dimension)
-        .map(|i| {
-            let state = graph.input(i);
-            let kick = graph.sub(reset[i], state);
-            graph.derivative(kick, coordinate)
-        })
-        .collect();
-    let pushes = pushes(graph, surface, &kicks, &slopes)?;
-    let field = model.flow.iter().zip(&pushes);
-    Some(field.map(|(&free, &push)| graph.sub(free, push)).collect())
-}
-
-/// `−λ b`, per component; `None` if the impulse does not act on `h'`.
-///
-/// NOTE: if the impulse acts on one component only, its size cancels and is left out: the contact
-/// force then balances the free force to the last digit, and a long rest does not drift.
-fn pushes(
-    graph: &mut ExpressionGraph,
-    surface: &Surface,
-    kicks: &[NodeId],
-    slopes: &[NodeId],
-) -> Option<Vec<NodeId>> {
-    let kicked: Vec<_> = (0..kicks.len()).filter(|&i| !is_zero(graph, kicks[i])).collect();
-    let zero = graph.number(0.0);
-    let mut pushes = vec![zero; kicks.len()];
-    if let [only] = kicked[..] {
-        if is_zero(graph, slopes[only]) {
-            return None;
-        }
-        pushes[only] = graph.div(surface.normal_acceleration, slopes[only]);
-        return Some(pushes);
-    }
-    let mut action = zero;
-    for &i in &kicked {
-        let term = graph.mul(slopes[i], kicks[i]);
-        action = graph.add(action, term);
-    }
-    if is_zero(graph, action) {
-        return None;
-    }
-    let ratio = graph.div(surface.normal_acceleration, action);
-    for &i in &kicked {
-        pushes[i] = graph.mul(ratio, kicks[i]);
-    }
-    Some(pushes)
-}
-
 /// Whether an operation in some expressions is not analytic for all arguments for which it is
 /// defined.
 pub(super) fn has_branch_point(graph: &ExpressionGraph, outputs: &[NodeId]) -> bool {
@@ -396,8 +326,4 @@ pub(super) fn has_branch_point(graph: &ExpressionGraph, outputs: &[NodeId]) -> b
         }
         _ => false,
     })
-}
-
-fn is_zero(graph: &ExpressionGraph, node: NodeId) -> bool {
-    graph.constant_value(node) == Some(Dd::ZERO)
 }

@@ -248,8 +248,9 @@ pub struct Return<S> {
     pub passages: Vec<Option<S>>,
     /// Number of grazing passages that made contact.
     pub contacts: usize,
-    /// Number of contacts beyond one per passage and expected hit, and of expected hits without
-    /// contact.
+    /// Number of contacts beyond one per passage and expected hit, of expected hits without
+    /// contact, and of those that end in a rest against the stop where none is expected, or in
+    /// none. The rebounds that lead to an expected rest count as one contact.
     pub extra_contacts: usize,
     /// Number of all contacts per surface of the model.
     pub hits: Vec<usize>,
@@ -308,6 +309,8 @@ pub struct NominalPassage {
     pub time: f64,
     /// Whether the surface is hit; otherwise it is grazed.
     pub hit: bool,
+    /// Whether the hit ends in a rest against the surface, at once or by ever smaller rebounds.
+    pub rests: bool,
 }
 
 /// Passages of one return, in the order of their numbers.
@@ -324,13 +327,14 @@ struct ExpectedPassage {
     surface: usize,
     share: f64,
     hit: bool,
+    rests: bool,
 }
 
 impl Itinerary {
     /// The section's own passage, if it has one.
     pub(super) fn of_section(section: ReturnSection) -> Self {
         let own = section.surface();
-        let passage = |surface| ExpectedPassage { surface, share: 0.0, hit: false };
+        let passage = |surface| ExpectedPassage { surface, share: 0.0, hit: false, rests: false };
         Self { passages: own.map(passage).into_iter().collect(), starts_at_passage: own.is_some() }
     }
 
@@ -360,6 +364,7 @@ impl Itinerary {
             surface: passage.surface,
             share: passage.time / duration,
             hit: passage.hit,
+            rests: passage.rests,
         });
         Ok(Self { passages: expected.collect(), starts_at_passage: own.is_some() })
     }
@@ -415,6 +420,27 @@ impl Itinerary {
         speeds
     }
 
+    /// Number of contacts that lead to expected rests, one for each of them left out, and of hits
+    /// that end in a rest or in none against the expectation.
+    pub(super) fn rests<S: Real>(&self, log: &Log<S>, duration: f64) -> [usize; 2] {
+        let share = |time: S| time.to_f64() / duration;
+        let is_at = |number: usize, surface: usize, time: S| {
+            self.nearest(surface, share(time)).is_some_and(|(nearest, _)| nearest == number)
+        };
+        let (mut rebounds, mut others) = (0, 0);
+        for (number, passage) in self.passages.iter().enumerate().filter(|(_, one)| one.hit) {
+            let rests = log.rests.iter().any(|&(surface, time)| is_at(number, surface, time));
+            if rests != passage.rests {
+                others += 1;
+            } else if rests {
+                let contacts = log.events.iter().filter(|event| event.kind.is_contact());
+                let own = contacts.filter(|event| is_at(number, event.surface, event.time));
+                rebounds += own.count().saturating_sub(1);
+            }
+        }
+        [rebounds, others]
+    }
+
     /// Whether the contact of a surface expected nearest to a share of the return is a hit.
     pub(super) fn expects_hit(&self, surface: usize, share: f64) -> bool {
         self.nearest(surface, share).is_some_and(|(number, _)| self.passages[number].hit)
@@ -438,6 +464,8 @@ impl Itinerary {
 pub(super) struct Log<S> {
     /// Near misses, and contacts at the times of the minima that their approaches would have had.
     pub(super) events: Vec<Event<S>>,
+    /// Surfaces and times at which the state comes to rest against a stop.
+    pub(super) rests: Vec<(usize, S)>,
     /// Normal speed of the section's own passage at contact.
     pub(super) own: Option<S>,
     /// Whether nobody reads the log, so that nothing is recorded.
@@ -446,7 +474,7 @@ pub(super) struct Log<S> {
 
 impl<S: Real> Log<S> {
     pub(super) fn new() -> Self {
-        Self { events: Vec::new(), own: None, is_unread: false }
+        Self { events: Vec::new(), rests: Vec::new(), own: None, is_unread: false }
     }
 
     /// Log that nobody reads: it stays empty.
@@ -457,14 +485,18 @@ impl<S: Real> Log<S> {
     /// Forgets all events.
     pub(super) fn clear(&mut self) {
         self.events.clear();
+        self.rests.clear();
         self.own = None;
     }
 
     pub(super) fn recorder(&mut self) -> impl FnMut(Event<S>) + '_ {
         |event| {
-            let counts =
-                event.kind.is_contact() || matches!(event.kind, EventKind::NearMiss { .. });
-            if counts && !self.is_unread {
+            if self.is_unread {
+                return;
+            }
+            if event.kind == EventKind::Stick {
+                self.rests.push((event.surface, event.time));
+            } else if event.kind.is_contact() || matches!(event.kind, EventKind::NearMiss { .. }) {
                 self.events.push(event);
             }
         }

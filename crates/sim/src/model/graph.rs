@@ -167,6 +167,11 @@ impl ExpressionGraph {
         }
     }
 
+    /// Whether a node is the constant 0.
+    pub fn is_zero(&self, id: NodeId) -> bool {
+        self.constant_value(id) == Some(Dd::ZERO)
+    }
+
     /// Numbers of the inputs that a node depends on, in increasing order.
     pub fn dependencies(&self, node: NodeId) -> Vec<usize> {
         let needed = self.needed_by(&[node]);

@@ -11,6 +11,7 @@ mod names;
 mod oscillator;
 mod scene;
 mod snippet;
+mod stick;
 
 pub use error::{OverrideReason, Repeats, SceneError, SceneHeadline, SceneProblem};
 pub use expression::ExpressionError;
@@ -18,3 +19,4 @@ pub use graph::{Binary, CornerOperation, ExpressionGraph, Node, NodeId, Unary};
 pub use names::nearest;
 pub use oscillator::{Model, Parameter, Phase, Response, Surface};
 pub use scene::*;
+pub use stick::stick_field;

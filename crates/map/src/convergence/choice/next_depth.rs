@@ -164,10 +164,14 @@ impl Pair {
     fn new(sample: &WindowSample, y: f64, parameters: &[f64]) -> Option<Self> {
         let coordinates = sample.widths().len() - parameters.len();
         let last = sample.steepest.len().checked_sub(1)?;
-        let at = |depth: f64| sample.placed(last, vec![0.0; coordinates], parameters, depth);
+        let at = |depth: f64| {
+            let (point, _) = sample.placed(last, vec![0.0; coordinates], parameters, depth)?;
+            // Where only a parameter moves the depth, contact has no effect on the next one.
+            (point.parameters == parameters).then_some(point.state)
+        };
         Some(Self {
-            touching: at(y * y)?.0,
-            short: at(-SHORT * y * y)?.0,
+            touching: at(y * y)?,
+            short: at(-SHORT * y * y)?,
             parameters: parameters.to_vec(),
         })
     }
