@@ -265,14 +265,26 @@ impl WindowSample {
         &self,
         passage: usize,
         variable: usize,
-        mut offsets: Vec<f64>,
+        offsets: Vec<f64>,
         depth: f64,
     ) -> Option<SamplePoint> {
         let step = 1e-4 * self.widths()[variable];
-        let depths = self.solve(passage, (variable, step), &mut offsets, depth)?;
+        Some(self.moved_to(passage, (variable, step), offsets, depth)?.0)
+    }
+
+    /// Moves a variable as in [`solve`](Self::solve); returns the point and the depths of all
+    /// passages.
+    fn moved_to(
+        &self,
+        passage: usize,
+        along: (usize, f64),
+        mut offsets: Vec<f64>,
+        depth: f64,
+    ) -> Option<(SamplePoint, Vec<f64>)> {
+        let depths = self.solve(passage, along, &mut offsets, depth)?;
         let parameters = offsets.split_off(self.state.len());
         let depth = depths.iter().copied().fold(depths[passage], f64::max);
-        Some(SamplePoint { state: offsets, parameters, depth })
+        Some((SamplePoint { state: offsets, parameters, depth }, depths))
     }
 
     /// Point at offsets of all variables.
@@ -334,11 +346,7 @@ impl WindowSample {
     /// half-widths.
     pub(super) fn by_reach(&self, passage: usize) -> Vec<usize> {
         let widths = self.widths();
-        let moved = |&variable: &usize| {
-            let mut offsets = vec![0.0; widths.len()];
-            offsets[variable] = FINE_STEP * widths[variable];
-            self.depth(passage, &offsets).abs()
-        };
+        let moved = |&variable: &usize| self.moved(passage, variable, FINE_STEP * widths[variable]);
         let mut variables: Vec<usize> = (0..widths.len()).collect();
         variables.sort_by(|a, b| moved(b).total_cmp(&moved(a)));
         variables
@@ -442,11 +450,7 @@ impl WindowSample {
     ) -> Option<(SamplePoint, Vec<f64>)> {
         check();
         let along = (*self.steepest.get(passage)?, 1e-4 * self.deepest);
-        let mut offsets = [state.as_slice(), parameters].concat();
-        let depths = self.solve(passage, along, &mut offsets, depth)?;
-        let parameters = offsets.split_off(self.state.len());
-        let depth = depths.iter().copied().fold(depths[passage], f64::max);
-        Some((SamplePoint { state: offsets, parameters, depth }, depths))
+        self.moved_to(passage, along, [state.as_slice(), parameters].concat(), depth)
     }
 
     /// Coordinate along which the depth of a passage changes most; the parameter, if the

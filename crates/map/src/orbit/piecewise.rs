@@ -73,6 +73,16 @@ enum ExitKind {
     },
 }
 
+impl Exit {
+    /// Mode of rest against a rigid stop that is met.
+    fn rest(&self) -> Option<usize> {
+        match &self.kind {
+            ExitKind::Hit { reset: Some(reset), .. } => reset.rest,
+            ExitKind::Hit { reset: None, .. } | ExitKind::Release { .. } => None,
+        }
+    }
+}
+
 /// State after an impact.
 #[derive(Clone, Debug)]
 struct Reset {
@@ -413,11 +423,8 @@ impl PiecewiseFlow {
 
     /// Mode after an event.
     fn following<S>(&self, event: &FlowEvent<S>) -> usize {
-        let Exit { kind, to, .. } = self.exit(event);
-        match kind {
-            ExitKind::Hit { reset: Some(reset), .. } if event.rests => reset.rest.unwrap_or(*to),
-            _ => *to,
-        }
+        let exit = self.exit(event);
+        exit.rest().filter(|_| event.rests).unwrap_or(exit.to)
     }
 
     /// Jets just after an event, moved to the time of the event of their heads, and the jet of the
@@ -600,10 +607,8 @@ impl PiecewiseFlow {
     /// Surface against which a state rests.
     pub(super) fn rests_at<S: Real>(&self, state: &[S], parameters: &[S]) -> Option<usize> {
         let mode = &self.modes[self.first_mode(state, parameters)];
-        let is_release = |exit: &Exit| match exit.kind {
-            ExitKind::Release { vanishing } => vanishing == AT_REST,
-            ExitKind::Hit { .. } => false,
-        };
+        let is_release =
+            |exit: &Exit| matches!(exit.kind, ExitKind::Release { vanishing: AT_REST });
         mode.contact.filter(|_| mode.exits.iter().any(is_release))
     }
 
@@ -614,11 +619,7 @@ impl PiecewiseFlow {
         let lasting = |exit: &&Exit| {
             exit.to > 0 && matches!(exit.kind, ExitKind::Hit { brief, .. } if brief == 0.0)
         };
-        let at_rest = |exit: &Exit| match &exit.kind {
-            ExitKind::Hit { reset: Some(reset), .. } => reset.rest,
-            _ => None,
-        };
-        if !free.exits.iter().any(|exit| lasting(&exit) || at_rest(exit).is_some()) {
+        if !free.exits.iter().any(|exit| lasting(&exit) || exit.rest().is_some()) {
             return 0;
         }
         let mut integrator = Integrator::new(&free.field);
@@ -629,8 +630,7 @@ impl PiecewiseFlow {
             let gap = step.watched_coefficients(exit.watched);
             gap[..2].iter().all(|value| value.abs() <= rounding) && gap[2] < S::zero()
         };
-        let resting = free.exits.iter().find(|exit| at_rest(exit).is_some() && rests(exit));
-        if let Some(rest) = resting.and_then(at_rest) {
+        if let Some(rest) = free.exits.iter().filter(rests).find_map(Exit::rest) {
             return rest;
         }
         let beyond = |exit: &&Exit| step.watched_coefficients(exit.watched)[0] < S::zero();

@@ -164,10 +164,13 @@ impl Pair {
     fn new(sample: &WindowSample, y: f64, parameters: &[f64]) -> Option<Self> {
         let coordinates = sample.widths().len() - parameters.len();
         let last = sample.steepest.len().checked_sub(1)?;
+        // Where a parameter alone moves the depth, contact has no effect on the next one.
+        if sample.steepest[last] >= coordinates {
+            return None;
+        }
         let at = |depth: f64| {
-            let (point, _) = sample.placed(last, vec![0.0; coordinates], parameters, depth)?;
-            // Where only a parameter moves the depth, contact has no effect on the next one.
-            (point.parameters == parameters).then_some(point.state)
+            let placed = sample.placed(last, vec![0.0; coordinates], parameters, depth);
+            placed.map(|(point, _)| point.state)
         };
         Some(Self {
             touching: at(y * y)?,
