@@ -6,7 +6,9 @@
 //! integrator; `new-parameters` is a return at other parameters than the one before, so that all
 //! tables are computed anew; `in-lanes` are returns of eight oscillators in lanes to a tangency
 //! section, to the forcing phase of the graze (`at-grazing-phase`) and to a phase a quarter of a
-//! period before it (`at-other-phase`). The floor is a loop of independent multiply-adds.
+//! period before it (`at-other-phase`). `derivatives` are a return with its gradient, and with its
+//! Hessian, by two states, the phase and two parameters, beside the plain return by the same
+//! integrator, in double-double. The floor is a loop of independent multiply-adds.
 
 #[path = "support/floor.rs"]
 mod floor;
@@ -17,8 +19,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grazemap::hybrid::{
     DirectReturn, HybridSystem, LaneReturns, NominalPassage, ReturnSection, Simulator,
 };
-use grazemap::model::{Model, Scene, catalogue};
+use grazemap::model::{Hits, Model, Scene, catalogue};
 use grazemap::numeric::{Dd, Lanes, Real, is_wide};
+use grazemap::orbit::{PiecewiseFlow, jets_along};
 use pulp::Simd;
 
 use floor::{CHAINS, Floor, ROUNDS};
@@ -234,6 +237,39 @@ fn time_returns_in_lanes(
     group.finish();
 }
 
+/// Times a return with an impact, plain and with its derivatives, in double-double.
+fn derivatives(criterion: &mut Criterion) {
+    let systems = [
+        ("linear", "alpha", 2.247_220_505_424_423 * 1.1, [0.9, 2.0, 2.0], ["alpha", "omega"]),
+        ("mems", "V", 0.211_927_585_7 * 1.05, [0.3, 0.5, 2.0], ["V", "omega"]),
+    ];
+    for (name, parameter, value, start, free) in systems {
+        let source = catalogue::text(name).expect("a scene of the catalogue");
+        let overrides = [(parameter.to_owned(), value.to_string())];
+        let mut scene = Scene::parse_with(source, name, &overrides).expect("a good scene");
+        let start = start.map(Dd::from);
+        let free = free.map(|name| {
+            let mut all = scene.model.parameters.iter();
+            all.position(|parameter| parameter.name == name).expect("a parameter")
+        });
+        scene.grazing.hits = Hits { surfaces: vec![0], order: None };
+        scene.grazing.passages.clear();
+        let parameters = scene.model.parameter_values();
+        let flow = PiecewiseFlow::free(&scene, &[]);
+        let jets = |order| jets_along(&scene, &start, &free, (None, 1), order).expect("jets");
+        let (duration, impacts) = (jets(1).duration, jets(1).events.len());
+        println!("{name}: {impacts} impacts");
+        let mut group = criterion.benchmark_group(format!("simulation/derivatives/{name}"));
+        group.bench_function("plain return", |bencher| {
+            bencher.iter(|| flow.flow(black_box(&start), &parameters, duration).expect("a flow"));
+        });
+        for (order, what) in [(1, "gradient"), (2, "hessian")] {
+            group.bench_function(what, |bencher| bencher.iter(|| jets(black_box(order))));
+        }
+        group.finish();
+    }
+}
+
 /// A thousand rounds of multiply-adds in registers, in independent sums.
 fn time_floor(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("simulation/multiply_add_floor");
@@ -252,6 +288,7 @@ fn simulation(criterion: &mut Criterion) {
     returns::<Dd>(criterion, "double-double");
     returns_at_new_parameters::<f64>(criterion, "f64");
     returns_at_new_parameters::<Dd>(criterion, "double-double");
+    derivatives(criterion);
     if is_wide() {
         returns_in_lanes(criterion);
     }

@@ -10,7 +10,7 @@ use crate::analysis::soft_stop::NoDirection;
 use crate::analysis::{AnalysisError, EarlyEnd};
 use crate::convergence::{ConvergenceError, Limit};
 use crate::emission::EmissionError;
-use crate::expansion::ExpansionError;
+use crate::expansion::{ExpansionError, SidesError};
 use crate::model::{Digest, MapOrders, SceneError};
 use crate::numeric::{FloatFormat, Shown};
 use crate::orbit::{CurveEnd, DerivativesError, NotLocated, OrbitError};
@@ -84,6 +84,9 @@ pub enum Error {
     /// A trajectory has no derivatives.
     #[error(transparent)]
     Derivatives(Box<DerivativesError>),
+    /// A trajectory that grazes has no series on the sides of its graze.
+    #[error(transparent)]
+    Sides(Box<SidesError>),
     /// The stop of a scene pushes nothing.
     #[error(transparent)]
     StopDirection(#[from] NoDirection),
@@ -200,6 +203,16 @@ impl From<KeyError> for Error {
     }
 }
 
+impl From<SidesError> for Error {
+    fn from(error: SidesError) -> Self {
+        match error {
+            SidesError::Derivatives(error) => error.into(),
+            SidesError::Expansion(error) => error.into(),
+            error => Self::Sides(Box::new(error)),
+        }
+    }
+}
+
 impl From<DerivativesError> for Error {
     fn from(error: DerivativesError) -> Self {
         Self::Derivatives(Box::new(error))
@@ -227,6 +240,7 @@ impl Error {
         match self {
             Self::NotLocated(_) | Self::Orbit(OrbitError::Flow(_)) => true,
             Self::Derivatives(error) => error.ended_otherwise(),
+            Self::Sides(_) => true,
             Self::BranchPlace { reason, .. } => reason.ended_otherwise(),
             Self::ToleranceNotMet { .. } | Self::Ended(_) => true,
             Self::Analysis(error) => of_analysis(error),

@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{Named, Table};
+use crate::expansion::SidesOfGraze;
 use crate::jet::Jet;
 use crate::model::Scene;
 use crate::numeric::Dd;
@@ -25,6 +26,9 @@ pub struct DerivativesListing {
     pub derivatives: Named<Value>,
     /// Hits, and ends of contacts, in order of time.
     pub events: Vec<EventListing>,
+    /// Graze of the trajectory; the other fields are then those without contact there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub graze: Option<SidesListing>,
     /// One row per derivative: its variables, and its value for every component.
     #[serde(skip)]
     rows: Vec<(String, Vec<f64>)>,
@@ -46,7 +50,85 @@ pub struct EventListing {
     pub derivatives: Value,
 }
 
+/// Series beside a graze, in the depth `d` of the free flow: the state where `d` is positive is
+/// `contact + √d root`.
+#[derive(Clone, Debug, Serialize)]
+pub struct SidesListing {
+    /// Name of the surface.
+    pub surface: String,
+    /// Time since the start.
+    pub time: f64,
+    /// Gap at its minimum, 0 up to rounding.
+    pub gap: f64,
+    /// Derivatives of `d`, as those of a component of the state.
+    pub depth: Value,
+    /// Derivatives of the part of each component without the root; its value is that of the state.
+    pub contact: Named<Value>,
+    /// Value (`value`) and derivatives of the factor of the root, to one order less.
+    pub root: Named<Value>,
+    /// One row per derivative: its variables, and those of the depth, the parts and the factors.
+    #[serde(skip)]
+    rows: Vec<(String, Vec<Option<f64>>)>,
+}
+
+impl SidesListing {
+    /// Listing of the sides of a graze.
+    fn new(scene: &Scene, sides: &SidesOfGraze, variables: &[String], order: usize) -> Self {
+        let names = scene.model.full_state_names();
+        let contact = sides.regular.iter().map(|jet| tensors(jet, order));
+        let root = sides.root.iter().map(|jet| {
+            let mut all = tensors(jet, order - 1);
+            all["value"] = json!(jet.head().to_f64());
+            all
+        });
+        let all = || std::iter::once(&sides.depth).chain(&sides.regular).chain(&sides.root);
+        let space = sides.depth.space();
+        let row = |monomial: usize| {
+            let powers = space.exponents(monomial);
+            let value = |jet: &Jet<Dd>| {
+                let own = jet.space().monomial(powers)?;
+                Some(derivative(powers, jet.coefficients()[own]))
+            };
+            (row_name(powers, variables), all().map(value).collect())
+        };
+        Self {
+            surface: scene.model.surfaces[sides.surface].name.clone(),
+            time: sides.time,
+            gap: sides.gap,
+            depth: tensors(&sides.depth, order),
+            contact: Named::new(names.iter().copied().zip(contact)),
+            root: Named::new(names.iter().copied().zip(root)),
+            rows: (0..space.len()).map(row).collect(),
+        }
+    }
+
+    /// Graze and its series as text.
+    fn text(&self) -> String {
+        let mut table = Table::of(&self.rows).text("by", |row| row.0.clone());
+        let names = self.contact.0.iter().map(|(name, _)| name);
+        let roots = names.clone().map(|name| format!("{name}: root d"));
+        let headings = std::iter::once("d".to_owned()).chain(names.cloned()).chain(roots);
+        for (place, heading) in headings.enumerate() {
+            table = table.number(&heading, 17, move |row: &(_, Vec<Option<f64>>)| row.1[place]);
+        }
+        format!(
+            "\ngrazes `{}` at t = {}; above: without contact. With contact, where the depth d of \
+             the free flow is positive: a part, and the factor of the root of d\n\n{}",
+            self.surface,
+            self.time,
+            table.made().to_text()
+        )
+    }
+}
+
 impl DerivativesListing {
+    /// Listing of a trajectory of a scene that grazes.
+    pub fn beside_graze(scene: &Scene, sides: &SidesOfGraze, free: &[usize], order: usize) -> Self {
+        let listing = Self::new(scene, &sides.clear, free, order);
+        let graze = SidesListing::new(scene, sides, &listing.variables, order);
+        Self { graze: Some(graze), ..listing }
+    }
+
     /// Listing of a trajectory of a scene.
     pub fn new(scene: &Scene, jets: &JetsAlong, free: &[usize], order: usize) -> Self {
         let model = &scene.model;
@@ -73,6 +155,7 @@ impl DerivativesListing {
             state: Named::new(names.iter().copied().zip(state)),
             derivatives: Named::new(names.iter().copied().zip(by_component)),
             events: events.collect(),
+            graze: None,
             rows: rows(&jets.state, &variables),
             variables,
         }
@@ -106,6 +189,7 @@ impl DerivativesListing {
             true => text.push_str("\nno surface is met\n"),
             false => text.push_str(&format!("\n{}", table.to_text())),
         }
+        text.extend(self.graze.as_ref().map(SidesListing::text));
         text
     }
 }
@@ -150,14 +234,18 @@ fn rows(state: &[Jet<Dd>], variables: &[String]) -> Vec<(String, Vec<f64>)> {
     let Some(space) = state.first().map(Jet::space) else { return Vec::new() };
     let row = |monomial: usize| {
         let powers = space.exponents(monomial);
-        let named = powers
-            .iter()
-            .zip(variables)
-            .flat_map(|(&power, name)| std::iter::repeat_n(name.as_str(), usize::from(power)));
-        let name = named.collect::<Vec<_>>().join(", ");
-        let name = if name.is_empty() { "(value)".to_owned() } else { name };
         let values = state.iter().map(|jet| derivative(powers, jet.coefficients()[monomial]));
-        (name, values.collect())
+        (row_name(powers, variables), values.collect())
     };
     (0..space.len()).map(row).collect()
+}
+
+/// Variables of a derivative, each as often as it is taken by it.
+fn row_name(powers: &[u8], variables: &[String]) -> String {
+    let named = powers
+        .iter()
+        .zip(variables)
+        .flat_map(|(&power, name)| std::iter::repeat_n(name.as_str(), usize::from(power)));
+    let name = named.collect::<Vec<_>>().join(", ");
+    if name.is_empty() { "(value)".to_owned() } else { name }
 }

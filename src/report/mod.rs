@@ -62,7 +62,7 @@ pub use curve_listing::{
     Codimension2, CurveListing, CurvePointListing, FoldListing, MarginListing, MarginParameter,
     SwitchListing, UnresolvedListing, curve_figures,
 };
-pub use derivatives_listing::{DerivativesListing, EventListing};
+pub use derivatives_listing::{DerivativesListing, EventListing, SidesListing};
 pub use diagram_figure::{diagram_array, diagram_figures, diagram_rows, diagram_timing_table};
 pub use error::ReportError;
 pub use figure::Figure;

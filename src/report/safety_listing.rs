@@ -57,6 +57,10 @@ pub struct SafeInterval {
     pub below: Option<f64>,
     /// Nearest graze above; `None` if none was found.
     pub above: Option<f64>,
+    /// Value below at which the orbit ends in a fold before it grazes.
+    pub fold_below: Option<f64>,
+    /// Value above at which the orbit ends in a fold before it grazes.
+    pub fold_above: Option<f64>,
 }
 
 /// Box of tolerances.
@@ -125,6 +129,13 @@ impl OtherAttractor {
 }
 
 impl SafeInterval {
+    /// Interval of a parameter whose ends are not known.
+    pub(crate) fn without_ends(parameter: String) -> Self {
+        let (below, above) = (None, None);
+        let (fold_below, fold_above) = (None, None);
+        Self { parameter, value: 0.0, below, above, fold_below, fold_above }
+    }
+
     /// Unit of changes of the parameter: the size of its value, or 1 where that is 0.
     fn unit(&self) -> f64 {
         if self.value == 0.0 { 1.0 } else { self.value.abs() }
@@ -139,12 +150,20 @@ impl SafeInterval {
 impl SafetyListing {
     /// Table of the intervals.
     pub fn table(&self) -> Table {
-        Table::of(&self.intervals)
+        let mut table = Table::of(&self.intervals)
             .text("parameter", |interval| &interval.parameter)
             .number("value", 15, |interval| interval.value)
             .number("graze below", 15, |interval| interval.below)
-            .number("graze above", 15, |interval| interval.above)
-            .made()
+            .number("graze above", 15, |interval| interval.above);
+        let folds = |interval: &SafeInterval| interval.fold_below.or(interval.fold_above);
+        if self.intervals.iter().any(|interval| folds(interval).is_some()) {
+            table = table.number("fold below", 15, |interval| interval.fold_below).number(
+                "fold above",
+                15,
+                |interval| interval.fold_above,
+            );
+        }
+        table.made()
     }
 
     /// Whether the orbit is clear of the stop, in words.

@@ -25,7 +25,7 @@ fn settled(case: &Case, offset: f64, start: &[(&str, f64)], observe: Observable)
     let names = case.scene.model.full_state_names();
     let at = |name: &&str| start.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
     let state = names.iter().map(|name| at(&&**name)).collect();
-    let request = DiagramRequest {
+    let mut request = DiagramRequest {
         range: [offset, offset + 1e-12],
         points: 1,
         transient: 600,
@@ -35,8 +35,17 @@ fn settled(case: &Case, offset: f64, start: &[(&str, f64)], observe: Observable)
         starts: Starts::Given(vec![state]),
         ..case.scene.diagrams[0].clone()
     };
-    let found = diagram(&case.scene, &case.orbit, &case.map, &request, &NoProgress);
-    found.expect("a good scene").sweeps[0].points[0].clone()
+    let point = |request: &DiagramRequest| {
+        let found = diagram(&case.scene, &case.orbit, &case.map, request, &NoProgress);
+        found.expect("a good scene").sweeps[0].points[0].clone()
+    };
+    let soon = point(&request);
+    // No period is named while an orbit still approaches its attractor slowly.
+    if soon.period != Period::NotFound {
+        return soon;
+    }
+    request.transient = 6000;
+    point(&request)
 }
 
 /// Number of oscillators compared: of a part, and of the whole list.

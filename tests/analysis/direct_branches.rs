@@ -17,7 +17,7 @@ use xtask::independent::{self, Simulator};
 
 use crate::support::exact_flight::Oscillator;
 use crate::support::foale::Foale;
-use crate::support::scenes::{outside_text, parsed, scene_with};
+use crate::support::scenes::{NONE, outside_text, parsed, scene_with};
 
 /// A scene that came from outside.
 fn outside(name: &str, set: &[(&str, &str)]) -> Scene {
@@ -445,6 +445,9 @@ fn safety_tells_from_which_fold_an_attractor_exists() {
     for name in ["safe.svg", "safe.html", "safe_attractors.csv"] {
         assert!(names.iter().any(|found| found == name), "{names:?}");
     }
+    let many = SafeKeys { points: 1001, ..SafeKeys::default() }.answer(&scene, &NoProgress);
+    let message = many.err().expect("refused").to_string();
+    assert_eq!(message, "points must be from 0 to 1000, found 1001");
 }
 
 /// Both maxima of a period lie on the tangency section, and each is a point of its own there: they
@@ -460,6 +463,32 @@ fn a_motion_with_two_section_points_is_one_attractor() {
     let number = |name: &str| attractors[0][name].as_f64().expect("a number");
     assert!((number("fraction") - 1.0).abs() < 1e-12);
     assert!((number("impact_speed") - 1.884_269).abs() < 1e-6, "{}", number("impact_speed"));
+}
+
+/// Four contacts are made all along the stable branch of two periods, and the left hits change the
+/// nominal ones by which they are told; each motion is listed once, though both of its maxima lie
+/// on the section. By simulation there is no graze from 1.5382 to 1.5835.
+#[test]
+fn a_motion_with_two_section_points_has_one_branch_and_no_graze_where_hits_are_renamed() {
+    let map = map_of(scene_with("two_sided", &NONE));
+    let found = branches(&map, &["1", "0", "11", "10", "00"], [-0.3, 0.3], true).branches;
+    let graze = 1.805_712_936_554_821;
+    let value = |point: &BranchPoint| graze + point.orbit.parameters[0];
+    let special = |branch: &Branch, label: BranchLabel| -> Vec<f64> {
+        let points = branch.points.iter();
+        let there =
+            points.filter(|point| point.special.as_ref().is_some_and(|at| at.label == label));
+        there.map(value).collect()
+    };
+    let names: Vec<String> = found.iter().map(|branch| branch.itinerary.to_string()).collect();
+    // The second ones of `1` and `0` hit the left stop once.
+    assert_eq!(names, ["1", "1", "0", "0", "11", "10"], "{names:?}");
+    for branch in &found {
+        let grazes = special(branch, BranchLabel::Graze);
+        assert!(!grazes.iter().any(|at| (1.5382..1.5835).contains(at)), "{names:?} {grazes:?}");
+    }
+    let flips = special(&found[0], BranchLabel::PeriodDoubling);
+    assert!(flips.iter().any(|at| (at - 1.538_113_967).abs() < 1e-8), "{flips:?}");
 }
 
 /// A Hopf normal form with a wall: its cycle has the radius `sqrt(mu) = 0.6`, and its section one

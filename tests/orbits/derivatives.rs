@@ -4,12 +4,15 @@
 //! series in time, no event search.
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use grazemap::expansion::sides_of_graze;
+use grazemap::hybrid::{HybridSystem, Simulator};
 use grazemap::jet::{Jet, JetSpace};
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{DerivativesError, jets_along, watched_jets_along};
+use grazemap::orbit::{DerivativesError, PiecewiseFlow, jets_along, watched_jets_along};
 
 use crate::support::scenes::{NONE, index, orbit, parsed};
 
@@ -249,6 +252,114 @@ fn a_trajectory_that_grazes_or_starts_beyond_a_stop_has_no_derivatives() {
     assert!(matches!(refused, DerivativesError::StartsBeyond { .. }), "{refused}");
 }
 
+/// Compares the series on both sides of a graze with direct simulation: along a direction, `δ` and
+/// `δ/4` before and beyond the graze, errors fall as `δ^{N+1}` without and `δ^{N+1/2}` with contact.
+fn sides_agree(scene: &Scene, free: &[usize], start: &[Dd], time: Dd, order: u32) {
+    let span = (Some(time), 0);
+    let sides = sides_of_graze(scene, (start, free), span, order, &|_| {}).expect("sides");
+    let sides = sides.expect("a graze");
+    let along: Vec<f64> = [0.7, -0.4, 0.3, 0.5, -0.6, 0.2][..start.len() + free.len()].to_vec();
+    let error = |size: f64| {
+        let offsets: Vec<Dd> = along.iter().map(|way| Dd::from(size * way)).collect();
+        let mut moved = scene.clone();
+        for (&parameter, &offset) in free.iter().zip(&offsets[start.len()..]) {
+            moved.model.parameters[parameter].value += offset;
+        }
+        let state: Vec<Dd> = start.iter().zip(&offsets).map(|(a, b)| *a + *b).collect();
+        let system = HybridSystem::new(&moved.model);
+        let mut simulator = Simulator::new(&system, &moved.model.parameter_values()).unwrap();
+        simulator.set_state(&state).unwrap();
+        simulator.run(time).unwrap();
+        let depth = sides.depth.evaluate(&offsets);
+        let series = |place: usize| match depth > Dd::ZERO {
+            true => {
+                let [part, factor] = [&sides.regular, &sides.root].map(|jets| &jets[place]);
+                part.evaluate(&offsets) + depth.sqrt() * factor.evaluate(&offsets)
+            }
+            false => sides.clear.state[place].evaluate(&offsets),
+        };
+        let turn = Dd::PI * Dd::from(2.0);
+        let errors = simulator.state().iter().enumerate().map(|(place, &truth)| {
+            let error = series(place) - truth;
+            (error - turn * (error / turn + Dd::from(0.5)).floor()).to_f64().abs()
+        });
+        (depth > Dd::ZERO, errors.fold(0.0, f64::max))
+    };
+    let mut sides = BTreeSet::new();
+    for way in [1.0, -1.0] {
+        let [(contact, far), (_, near)] = [1e-5, 2.5e-6].map(|size| error(way * size));
+        let rate = (far / near).log2() / 2.0;
+        let least = f64::from(order) + if contact { 0.5 } else { 1.0 };
+        assert!(rate > least - 0.05, "{contact} {order}: {far:e} {near:e} {rate} {least}");
+        sides.insert(contact);
+    }
+    assert_eq!(sides.len(), 2);
+}
+
+/// Start and parameters of a grazing orbit, half a period before it grazes.
+fn half_a_period_before(text: &str) -> (Scene, Vec<Dd>, Dd) {
+    let mut scene = parsed(text, "one_stop", &NONE);
+    let orbit = orbit(&scene);
+    for (parameter, &value) in scene.model.parameters.iter_mut().zip(orbit.parameters()) {
+        parameter.value = value;
+    }
+    let half = orbit.period * Dd::from(0.5);
+    let flow = PiecewiseFlow::free(&scene, &[]);
+    let graze = &orbit.grazing_point().state;
+    // The orbit is periodic: half a period after the graze stands for half a period before it.
+    let start = flow.flow(graze, orbit.parameters(), half).expect("free flight");
+    (scene, start, half)
+}
+
+#[test]
+fn a_graze_has_a_series_on_each_side_of_rigid_and_of_soft_stops() {
+    let soft = |force: &str, release: &str| {
+        let contact = format!("contact = {{ v = \"{force}\" }}\nrelease = \"{release}\"");
+        ONE_STOP.replace("impact = { v = \"-r*v\" }", &contact)
+    };
+    let own = "a*cos(theta) - 2*zeta*v - x";
+    let laws = [
+        ONE_STOP.to_owned(),
+        soft(&format!("{own} - 40*(x + dl) - 2*v"), "x + dl"),
+        soft(&format!("{own} - 40*(x + dl) + 1 + r"), "x + dl"),
+    ];
+    for law in laws {
+        let (scene, start, half) = half_a_period_before(&law);
+        let free = ["w", "dl", "r"].map(|name| index(&scene, name));
+        for order in 1..=3 {
+            sides_agree(&scene, &free, &start, half + Dd::from(2.0), order);
+        }
+    }
+}
+
+#[test]
+fn a_graze_between_two_hits_has_a_series_on_each_side() {
+    let (scene, free) = scene();
+    let space = JetSpace::uniform(6, 1).unwrap();
+    let mut speed = Dd::from(0.12);
+    // Newton's method for the speed at which the motion grazes after its first hit.
+    for _ in 0..12 {
+        let (form, mut state) = closed(&space, [0.3, 0.0, 1.0]);
+        state[1] = Jet::variable(&space, 1, speed);
+        let wait = form.hit(&state, 4.0).expect("a hit");
+        let mut state = form.fly(&state, &wait);
+        state[1] = -&(&form.r * &state[1]);
+        let mut rest = form.constant(2.45);
+        for _ in 0..8 {
+            let [x, v, theta] = form.fly(&state, &rest);
+            let (_, cos) = theta.sin_cos();
+            let drag = (&form.zeta * &v).scale(Dd::from(2.0));
+            rest = &rest - &(&v / &(&(&cos - &drag) - &x));
+        }
+        let gap = &form.fly(&state, &rest)[0] + &form.dl;
+        speed = speed - gap.head() / gap.coefficient(&[0, 1, 0, 0, 0, 0]);
+    }
+    let start = [Dd::from(0.3), speed, Dd::ONE];
+    for order in 1..=4 {
+        sides_agree(&scene, &free, &start, Dd::from(11.0), order);
+    }
+}
+
 /// Scene of [`ONE_STOP`] with a coefficient of restitution.
 fn with_restitution(r: &str) -> (Scene, Vec<usize>) {
     let scene = parsed(&ONE_STOP.replace("r = 0.7", &format!("r = {r}")), "one_stop", &NONE);
@@ -303,6 +414,9 @@ fn a_chatter_that_the_time_cuts_or_that_forgets_nothing_has_no_derivatives() {
     let soon = first + Dd::from(0.38);
     let found = jets_along(&scene, &start, &free, (Some(soon), 0), 1).expect("rebounds");
     assert!(found.events.len() > 1 && found.events.iter().all(|event| !event.rests));
+    let at_rest = [-0.5, 0.0, 2.9].map(Dd::from);
+    let refused = jets_along(&scene, &at_rest, &free, (Some(soon), 0), 1).unwrap_err();
+    assert!(matches!(refused, DerivativesError::StartsAtRest { .. }), "{refused}");
     // A second motion goes on during the chatter, and the rest remembers how long it took.
     let two = ONE_STOP
         .replace("[\"x\", \"v\"]", "[\"x\", \"v\", \"u\"]")

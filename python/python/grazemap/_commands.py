@@ -1335,6 +1335,7 @@ def derivatives(
     returns: int = 1,
     order: int = 1,
     parameters: str | Iterable[str] | None = None,
+    sides: bool = False,
     progress: Progress | bool | None = None,
 ) -> Derivatives:
     """Compute a state after any hits, with its derivatives by the start and by parameters.
@@ -1358,6 +1359,9 @@ def derivatives(
     parameters
         Parameters by which derivatives are taken, in this order. Default: the active ones of the
         scene.
+    sides
+        Where the trajectory grazes: give the series on both sides of the graze (``graze``) in the
+        place of an error.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
 
@@ -1372,8 +1376,8 @@ def derivatives(
     InputError
         Wrong argument; the message names it.
     NoResultError
-        The trajectory grazes, two stops act at once, or it rebounds without end: a derivative does
-        not exist.
+        The trajectory grazes (and ``sides`` is false), two stops act at once, or it rebounds
+        without end: a derivative does not exist.
 
     Examples
     --------
@@ -1391,6 +1395,7 @@ def derivatives(
             lambda name, of: of_scene(name, source, of), "parameters", parameters
         ),
         "order": _check.count("order", order, 1, MOST_ORDERS),
+        "sides": bool(sides),
     }
     return _told(Derivatives(_answered(source, "derivatives", keys, progress)))
 

@@ -669,6 +669,17 @@ class Derivatives(Table):
         """Hits, and ends of contacts, with the derivatives of their times."""
         return list(self.document["events"])
 
+    @property
+    def graze(self) -> dict[str, Any] | None:
+        """Graze with the series beside it; ``None`` if the trajectory does not graze.
+
+        ``surface``, ``time``, ``gap``; derivatives of the ``depth`` ``d`` of the free flow; and for
+        each component those of ``contact`` and ``root``, with which the state where ``d`` is
+        positive is ``contact + sqrt(d) * root``. Everything else then is without contact.
+        """
+        found = self.document.get("graze")
+        return None if found is None else dict(found)
+
 
 class SoftStops(Table):
     """Soft stops of a wanted restitution: a row for every contact law and speed."""

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::TrajectoryKeys;
 use super::curve::whole;
 use crate::analysis::{Progress, SectionFrame};
+use crate::expansion::sides_of_graze;
 use crate::model::Scene;
 use crate::numeric::{Dd, converted};
 use crate::orbit::{JetsAlong, watched_jets_along};
@@ -62,13 +63,25 @@ pub struct DerivativesKeys {
         )
     )]
     pub order: u32,
+    /// Give the series on both sides of a graze, in the place of an error.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub sides: bool,
 }
 
 impl Default for DerivativesKeys {
     /// Gradient of the return after one forcing period.
     fn default() -> Self {
-        Self { start: None, at: None, returns: 1, parameters: None, order: 1 }
+        Self { start: None, at: None, returns: 1, parameters: None, order: 1, sides: false }
     }
+}
+
+/// Trajectory of `derivatives`, as its keys say.
+struct Asked {
+    start: Vec<Dd>,
+    free: Vec<usize>,
+    /// Time, or forcing periods.
+    span: (Option<Dd>, usize),
+    order: u32,
 }
 
 impl DerivativesKeys {
@@ -79,6 +92,34 @@ impl DerivativesKeys {
     /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown names and numbers out of range,
     /// [`Error::Derivatives`] where a derivative does not exist.
     pub fn jets(&self, scene: &Scene, progress: &dyn Progress) -> Result<JetsAlong, Error> {
+        self.asked(scene)?.jets(scene, progress)
+    }
+
+    /// Computes the derivatives and lays them out; with [`sides`](Self::sides) also those on both
+    /// sides of a graze.
+    ///
+    /// # Errors
+    ///
+    /// As [`jets`](Self::jets), and [`Error::Sides`] where a trajectory that grazes has no series.
+    pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
+        let asked = self.asked(scene)?;
+        if !self.sides {
+            return asked.answer(scene, &asked.jets(scene, progress)?);
+        }
+        let Asked { start, free, span, order } = &asked;
+        check_order(*order)?;
+        let watch = whole(progress);
+        let watch = |share| watch.reach(share);
+        match sides_of_graze(scene, (start, free), *span, *order, &watch)? {
+            None => asked.answer(scene, &asked.jets(scene, progress)?),
+            Some(sides) => {
+                let order = *order as usize;
+                laid_out(scene, DerivativesListing::beside_graze(scene, &sides, free, order))
+            }
+        }
+    }
+
+    fn asked(&self, scene: &Scene) -> Result<Asked, Error> {
         let given = self.start.clone().unwrap_or_default();
         let start = named_offsets("start", STATES, &given, &scene.model.full_state_names())?;
         let at = self.at.map(|at| finite("at", at)).transpose()?;
@@ -88,17 +129,8 @@ impl DerivativesKeys {
         if at.is_some() && self.returns != 1 {
             return Err(KeyError::BothGiven { keys: ["at", "returns"] }.into());
         }
-        let span = (at, self.returns);
-        jets(scene, &converted(&start), &self.free(scene)?, span, self.order, progress)
-    }
-
-    /// Computes the derivatives and lays them out.
-    ///
-    /// # Errors
-    ///
-    /// As [`jets`](Self::jets).
-    pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
-        answer(scene, &self.jets(scene, progress)?, &self.free(scene)?, self.order)
+        let span = (at.map(Dd::from), self.returns as usize);
+        Ok(Asked { start: converted(&start), free: self.free(scene)?, span, order: self.order })
     }
 
     fn free(&self, scene: &Scene) -> Result<Vec<usize>, Error> {
@@ -138,35 +170,41 @@ impl TrajectoryKeys {
             parameter.value = value;
         }
         let free = scene.expansion.active.clone();
-        let duration = (frame.duration() * Dd::from(request.returns as f64)).to_f64();
+        let duration = frame.duration() * Dd::from(request.returns as f64);
         let span = match scene.model.phase {
-            Some(_) => (None, (frame.periods() * request.returns) as u32),
-            None => (Some(duration), 0),
+            Some(_) => (None, frame.periods() * request.returns),
+            None => (Some(Dd::from(duration.to_f64())), 0),
         };
-        let jets = jets(&scene, frame.state(), &free, span, order, progress)?;
-        Ok(Answer { remarks, ..answer(&scene, &jets, &free, order)? })
+        let asked = Asked { start: frame.state().to_vec(), free, span, order };
+        let jets = asked.jets(&scene, progress)?;
+        Ok(Answer { remarks, ..asked.answer(&scene, &jets)? })
     }
 }
 
-fn jets(
-    scene: &Scene,
-    start: &[Dd],
-    free: &[usize],
-    (at, returns): (Option<f64>, u32),
-    order: u32,
-    progress: &dyn Progress,
-) -> Result<JetsAlong, Error> {
-    if !(1..=MOST_ORDERS).contains(&order) {
-        let most = u64::from(MOST_ORDERS);
-        return Err(KeyError::Count { key: "order", found: u64::from(order), most }.into());
+impl Asked {
+    fn jets(&self, scene: &Scene, progress: &dyn Progress) -> Result<JetsAlong, Error> {
+        let Self { start, free, span, order } = self;
+        check_order(*order)?;
+        let watch = whole(progress);
+        let watch = |share| watch.reach(share);
+        Ok(watched_jets_along(scene, start, free, *span, *order, &watch)?)
     }
-    let span = (at.map(Dd::from), returns as usize);
-    let watch = whole(progress);
-    Ok(watched_jets_along(scene, start, free, span, order, &|share| watch.reach(share))?)
+
+    fn answer(&self, scene: &Scene, jets: &JetsAlong) -> Result<Answer, Error> {
+        laid_out(scene, DerivativesListing::new(scene, jets, &self.free, self.order as usize))
+    }
 }
 
-fn answer(scene: &Scene, jets: &JetsAlong, free: &[usize], order: u32) -> Result<Answer, Error> {
-    let listing = DerivativesListing::new(scene, jets, free, order as usize);
+fn check_order(order: u32) -> Result<(), KeyError> {
+    let (found, most) = (u64::from(order), u64::from(MOST_ORDERS));
+    if (1..=most).contains(&found) {
+        Ok(())
+    } else {
+        Err(KeyError::Count { key: "order", found, most })
+    }
+}
+
+fn laid_out(scene: &Scene, listing: DerivativesListing) -> Result<Answer, Error> {
     let text = listing.text(&scene.identifier);
     let table = listing.table();
     let document = to_json(&Document::new(DocumentKind::Derivatives, scene, &listing))?;

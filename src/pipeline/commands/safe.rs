@@ -7,11 +7,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::diagram::Sweep;
-use crate::analysis::{MotionEvents, PartProgress, Progress, SubProgress, TimeSeriesRequest};
+use crate::analysis::{
+    MotionEvents, PartProgress, Progress, SubProgress, TimeSeriesRequest, escape_bounds,
+};
 use crate::iteration::OrbitEnd;
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
-use crate::orbit::{Location, MarginOutcome, locate, margin, watched_margin};
+use crate::orbit::{IntervalEnd, Location, MarginOutcome, clear_interval, locate, watched_margin};
 use crate::pipeline::keys::{KeyError, finite};
 #[cfg(feature = "cli")]
 use crate::pipeline::options::shares;
@@ -27,14 +29,17 @@ const BLOCK: usize = 1024;
 
 /// Starts along each axis of the plane where none are named.
 const STARTS: u32 = 16;
+/// Largest number of starts along each axis of the plane of states.
+const MOST_STARTS: u32 = 1000;
 
 /// Distances, in units of that to the nearest graze, at which a graze is looked for on the other
 /// side.
 const OTHER_SIDE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 
-/// Half-width of the plane of starts, in sizes of a coordinate at the graze, and the least size.
+/// Half-width of the plane of starts, in sizes of a coordinate: its value at the graze or its
+/// amplitude along the grazing orbit. The half-width where both are 0.
 const REACH: f64 = 1.5;
-const LEAST_SIZE: f64 = 1e-3;
+const LEAST_REACH: f64 = 1e-3;
 
 /// Returns before an orbit is looked at, and those looked at.
 const TRANSIENT: usize = 1000;
@@ -58,15 +63,15 @@ pub struct SafeKeys {
         arg(long, value_name = "P=5%,...", value_parser = shares)
     )]
     pub tolerance: Option<Named<f64>>,
-    /// Number of starts along each axis from which direct simulation looks for other attractors; 0:
-    /// none.
+    /// Number of starts along each axis, at most 1000, from which direct simulation looks for other
+    /// attractors; 0: none.
     #[cfg_attr(
         feature = "cli",
         arg(
             long,
             value_name = "N",
             default_value_t = STARTS,
-            value_parser = clap::value_parser!(u32).range(0..=31)
+            value_parser = clap::value_parser!(u32).range(0..=i64::from(MOST_STARTS))
         )
     )]
     pub points: u32,
@@ -84,9 +89,13 @@ impl SafeKeys {
     ///
     /// # Errors
     ///
-    /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown parameters and tolerances that are
-    /// not positive, [`Error::NotLocated`] if no orbit of the scene grazes.
+    /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown parameters, tolerances that are
+    /// not positive and too many starts, [`Error::NotLocated`] if no orbit of the scene grazes.
     pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
+        if self.points > MOST_STARTS {
+            let (range, value) = ([0.0, f64::from(MOST_STARTS)], f64::from(self.points));
+            return Err(KeyError::Outside { key: "points", range, value }.into());
+        }
         let adjusted = scene.grazing.solve_for[0];
         let mut tolerances = Vec::new();
         for (name, tolerance) in self.tolerance.iter().flat_map(|Named(given)| given) {
@@ -106,18 +115,15 @@ impl SafeKeys {
         // The verdict is of the orbit that grazes where the scene's own parameter is adjusted.
         let searched = part(progress);
         let watch = |share| searched.reach(share);
-        let clears = match watched_margin(scene, &[adjusted], &[1.0], &watch)? {
-            MarginOutcome::Found(found) => found.clears,
-            MarginOutcome::NotLocated(reason) => return Err(reason.into()),
-        };
+        let followed = Followed::new(scene, adjusted, &watch)?;
         drop(searched);
         let mut intervals = Vec::new();
         for parameter in listed {
-            intervals.push(interval(scene, parameter, &part(progress))?);
+            intervals.push(followed.interval(scene, parameter, &part(progress))?);
         }
         let tolerance = match tolerances.is_empty() {
             true => None,
-            false => Some(tolerance_box(scene, &tolerances, &corners, progress)?),
+            false => Some(followed.tolerance_box(scene, &tolerances, &corners, progress)?),
         };
         let found = match self.points {
             0 => FoundAttractors::default(),
@@ -126,7 +132,7 @@ impl SafeKeys {
         let surface = &scene.model.surfaces[scene.grazing.passages[0]].name;
         let listing = SafetyListing {
             surface: surface.clone(),
-            clears,
+            clears: followed.clears,
             intervals,
             tolerance,
             attractors: found.attractors,
@@ -151,8 +157,127 @@ fn part(progress: &dyn Progress) -> PartProgress<'_> {
     PartProgress::new(progress, PartProgress::UNITS)
 }
 
-/// Values of a parameter at which the orbit of a scene grazes, as far as they are found: those of
-/// the search from the scene's own value, and from values on the other side. Reports each search.
+/// The orbit whose safety is told.
+struct Followed {
+    clears: bool,
+    /// Full state on the orbit; `None` for an autonomous system, whose grazes are searched for.
+    start: Option<Vec<f64>>,
+}
+
+impl Followed {
+    /// Orbit that the free flow settles on at a scene's values.
+    fn new(scene: &Scene, adjusted: usize, watch: &dyn Fn(f64)) -> Result<Self, Error> {
+        if scene.model.phase.is_none() {
+            return match watched_margin(scene, &[adjusted], &[1.0], watch)? {
+                MarginOutcome::Found(found) => Ok(Self { clears: found.clears, start: None }),
+                MarginOutcome::NotLocated(reason) => Err(reason.into()),
+            };
+        }
+        let found = clear_interval(scene, adjusted, None)??;
+        Ok(Self { clears: found.gap >= 0.0, start: Some(found.start) })
+    }
+
+    /// Interval of a parameter, about the scene's value, in which the orbit neither grazes nor ends
+    /// as far as was found.
+    fn interval(
+        &self,
+        scene: &Scene,
+        parameter: usize,
+        progress: &dyn Progress,
+    ) -> Result<SafeInterval, Error> {
+        let value = scene.model.parameters[parameter].value.to_f64();
+        let name = scene.model.parameters[parameter].name.clone();
+        let mut interval = SafeInterval { value, ..SafeInterval::without_ends(name) };
+        let Some(start) = &self.start else {
+            let found = grazes(scene, parameter, progress)?;
+            interval.below = found.iter().copied().filter(|graze| *graze <= value).reduce(f64::max);
+            interval.above = found.iter().copied().filter(|graze| *graze > value).reduce(f64::min);
+            return Ok(interval);
+        };
+        let [below, above] = clear_interval(scene, parameter, Some(start))??.ends;
+        for (end, graze, fold) in [
+            (below, &mut interval.below, &mut interval.fold_below),
+            (above, &mut interval.above, &mut interval.fold_above),
+        ] {
+            match end {
+                Some(IntervalEnd::Graze { value, .. }) => *graze = Some(value),
+                Some(IntervalEnd::Fold { value }) => *fold = Some(value),
+                None => {}
+            }
+        }
+        Ok(interval)
+    }
+
+    /// Whether all of a box of tolerances is clear of the stop: on the edge along its first
+    /// parameter at every corner of the others, and through its middle.
+    fn tolerance_box(
+        &self,
+        scene: &Scene,
+        tolerances: &[(usize, f64)],
+        corners: &[Vec<(usize, f64)>],
+        progress: &dyn Progress,
+    ) -> Result<ToleranceBox, Error> {
+        let (first, share) = tolerances[0];
+        let own = scene.model.parameters[first].value.to_f64();
+        let mut ends = [own * (1.0 - share), own * (1.0 + share)];
+        ends.sort_by(f64::total_cmp);
+        let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
+        let mut touched = Vec::new();
+        for corner in corners {
+            let part = part(progress);
+            let mut scene = scene.clone();
+            for &(parameter, value) in corner {
+                scene.model.parameters[parameter].value = Dd::from(value);
+            }
+            if let Some(graze) = self.touched(&scene, first, ends, &part)? {
+                let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
+                touched.push(Named::new(std::iter::once((name(first), graze)).chain(values)));
+            }
+        }
+        let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
+        Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
+    }
+
+    /// Value of a parameter between two ends, the nearest to the scene's one, at which its orbit
+    /// touches the stop, lies beyond it, or ends.
+    fn touched(
+        &self,
+        scene: &Scene,
+        parameter: usize,
+        ends: [f64; 2],
+        progress: &dyn Progress,
+    ) -> Result<Option<f64>, Error> {
+        let own = scene.model.parameters[parameter].value.to_f64();
+        let (clears, at) = match &self.start {
+            Some(start) => match clear_interval(scene, parameter, Some(start))? {
+                Ok(found) => {
+                    let at = found.ends.iter().flatten().map(IntervalEnd::value).collect();
+                    (found.gap >= 0.0, at)
+                }
+                Err(_) => (false, Vec::new()),
+            },
+            None => {
+                let at = grazes(scene, parameter, progress)?;
+                let mut adjusted = scene.clone();
+                adjusted.grazing.solve_for = vec![parameter];
+                let outcome = watched_margin(&adjusted, &[parameter], &[1.0], &|_| {})?;
+                let clears = match outcome {
+                    MarginOutcome::Found(found) => found.clears,
+                    MarginOutcome::NotLocated(_) => true,
+                };
+                (clears, at)
+            }
+        };
+        let inside = at.into_iter().filter(|value| (ends[0]..=ends[1]).contains(value));
+        let apart = |value: &f64| (value - own).abs();
+        let nearest = inside.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        Ok(if clears { nearest } else { Some(nearest.unwrap_or(own)) })
+    }
+}
+
+/// Values of a parameter at which the orbit of an autonomous scene grazes, as far as they are
+/// found: those of the search from the scene's own value, and from values on the other side.
+/// Reports each search.
 fn grazes(scene: &Scene, parameter: usize, progress: &dyn Progress) -> Result<Vec<f64>, Error> {
     progress.expect(1 + OTHER_SIDE.len() as u64);
     let own = scene.model.parameters[parameter].value;
@@ -191,20 +316,6 @@ fn found_from(scene: &Scene, parameter: usize) -> Result<Vec<f64>, Error> {
     }
 }
 
-/// Interval of a parameter, about the scene's value, in which no graze was found.
-fn interval(
-    scene: &Scene,
-    parameter: usize,
-    progress: &dyn Progress,
-) -> Result<SafeInterval, Error> {
-    let value = scene.model.parameters[parameter].value.to_f64();
-    let found = grazes(scene, parameter, progress)?;
-    let below = found.iter().copied().filter(|graze| *graze <= value).reduce(f64::max);
-    let above = found.iter().copied().filter(|graze| *graze > value).reduce(f64::min);
-    let name = scene.model.parameters[parameter].name.clone();
-    Ok(SafeInterval { parameter: name, value, below, above })
-}
-
 /// Values of the tolerated parameters but the first: at the scene's values and at every corner.
 fn corners(scene: &Scene, tolerances: &[(usize, f64)]) -> Vec<Vec<(usize, f64)>> {
     let own = |parameter: usize| scene.model.parameters[parameter].value.to_f64();
@@ -222,43 +333,6 @@ fn corners(scene: &Scene, tolerances: &[(usize, f64)]) -> Vec<Vec<(usize, f64)>>
     };
     let count = if rest.is_empty() { 0 } else { 1 << rest.len() };
     std::iter::once(middle).chain((0..count).map(corner)).collect()
-}
-
-/// Whether all of a box of tolerances is clear of the stop: on the edge along its first parameter
-/// at every corner of the others, and through its middle.
-fn tolerance_box(
-    scene: &Scene,
-    tolerances: &[(usize, f64)],
-    corners: &[Vec<(usize, f64)>],
-    progress: &dyn Progress,
-) -> Result<ToleranceBox, Error> {
-    let (first, share) = tolerances[0];
-    let own = scene.model.parameters[first].value.to_f64();
-    let mut ends = [own * (1.0 - share), own * (1.0 + share)];
-    ends.sort_by(f64::total_cmp);
-    let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
-    let mut touched = Vec::new();
-    for corner in corners {
-        let part = part(progress);
-        let mut scene = scene.clone();
-        for &(parameter, value) in corner {
-            scene.model.parameters[parameter].value = Dd::from(value);
-        }
-        let mut at: Vec<f64> = grazes(&scene, first, &part)?;
-        at.retain(|graze| (ends[0]..=ends[1]).contains(graze));
-        scene.grazing.solve_for = vec![first];
-        let clears = match margin(&scene, &[first], &[1.0])? {
-            MarginOutcome::Found(found) => found.clears,
-            MarginOutcome::NotLocated(_) => true,
-        };
-        if !clears || !at.is_empty() {
-            let graze = at.first().copied().unwrap_or(own);
-            let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
-            touched.push(Named::new(std::iter::once((name(first), graze)).chain(values)));
-        }
-    }
-    let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
-    Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
 }
 
 /// Attractors that starts come to, and shares of the starts that come to none.
@@ -286,14 +360,19 @@ fn attractors(
     let own = scene.model.parameters[adjusted].value;
     let offset = (own - map.orbit().parameters()[adjusted]).to_f64();
     let coordinates = map.orbit().section_coordinates(scene);
+    let bounds = escape_bounds(scene, map.orbit());
     let phase = scene.model.phase.as_ref().map(|phase| phase.name.as_str());
     let places: Vec<Vec<(&str, f64)>> = coordinates
         .iter()
         .take(2)
-        .map(|(name, value)| {
-            let half = match phase == Some(name) {
-                true => PI,
-                false => REACH * value.to_f64().abs().max(LEAST_SIZE),
+        .zip(&bounds)
+        .map(|((name, value), bound)| {
+            let amplitude = 0.5 * bound.offset / bound.extents;
+            let amplitude = if amplitude.is_finite() { amplitude } else { 0.0 };
+            let half = match value.to_f64().abs().max(amplitude) {
+                _ if phase == Some(name) => PI,
+                0.0 => LEAST_REACH,
+                size => REACH * size,
             };
             let place = |number: usize| half * ((2 * number + 1) as f64 / points as f64 - 1.0);
             (0..points).map(|number| (*name, place(number))).collect()

@@ -191,8 +191,10 @@ fn safe_tells_the_sides_of_a_closed_form() {
     assert_eq!(tight["clears"], true);
     assert_ne!(tight["tolerance"]["touched"].as_array().map(Vec::len), Some(0), "{tight}");
     assert_eq!(safe(2.3, "alpha=1%")["clears"], false);
-    let wrong = grazemap(folder.path(), &["safe", "linear", "--tolerance", "alpha=-5%"]);
-    assert_eq!(wrong.status.code(), Some(2));
+    for wrong in [["--tolerance", "alpha=-5%"], ["--points", "1001"]] {
+        let wrong = grazemap(folder.path(), &[&["safe", "linear"][..], &wrong].concat());
+        assert_eq!(wrong.status.code(), Some(2));
+    }
 }
 
 #[test]

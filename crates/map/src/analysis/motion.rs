@@ -69,7 +69,7 @@ impl MotionEvents {
     }
 
     /// Whether the motion passes through the last event of another one. Both cover a period.
-    fn is_same(&self, other: &Self) -> bool {
+    pub(super) fn is_same(&self, other: &Self) -> bool {
         let Some((surface, there)) = other.events.last() else { return self.events.is_empty() };
         let size = |component: usize| match self.circle.phase() {
             Some((phase, period)) if phase == component => period,

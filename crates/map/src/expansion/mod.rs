@@ -19,6 +19,7 @@ mod power_law;
 mod pruning;
 mod release;
 mod routes;
+mod sides;
 mod variables;
 
 pub use composition::{ComposedMap, DepthPolynomial, DepthTerm, compose};
@@ -39,6 +40,7 @@ pub use power_law::{PowerCorrections, PowerLaw, PowerTerm};
 pub(crate) use power_law::{omitted_exponent, power_of_depth};
 pub use pruning::{PruneReport, prune, prune_composed};
 pub use routes::{Graze, Route, RouteEnd, Routes, SectionChart};
+pub use sides::{SidesError, SidesOfGraze, sides_of_graze};
 pub use variables::{DEVIATION_WEIGHT, Variables, check_orders};
 
 pub use crate::model::MapOrders;

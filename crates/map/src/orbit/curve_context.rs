@@ -27,7 +27,8 @@ pub(super) struct CurveContext<'a> {
     /// The equations, matched at the end of the period and in its middle.
     systems: [ExtendedSystem; 2],
     units: Vec<f64>,
-    residual_unit: f64,
+    residual_units: Vec<f64>,
+    length: f64,
     /// Largest distance of each component of the full state from the graze along the orbit.
     reach: Vec<f64>,
     /// Number of conditions followed between every two passages.
@@ -122,7 +123,7 @@ impl<'a> CurveContext<'a> {
         let system = system.limited(effort);
         let stretches = stretches(scene, &system, &orbit.passages)?;
         let start = start(&system, orbit);
-        let Scaled { mut units, residual_unit, .. } = system.scaled(&start);
+        let Scaled { mut units, residual_units, length, .. } = system.scaled(&start);
         if let (Some(unit), Some(value)) = (units.last_mut(), start.last()) {
             *unit = unit_of(value.abs().max(size));
         }
@@ -131,7 +132,8 @@ impl<'a> CurveContext<'a> {
             reach: reach(&system, &start)?,
             systems: [system.clone(), system.matched(system.other_matching())],
             units,
-            residual_unit,
+            residual_units,
+            length,
             count,
             stretches,
             corners: Corners::of(scene, &[with]),
@@ -151,9 +153,14 @@ impl<'a> CurveContext<'a> {
 
     /// Scaled equations, matched at the end of the period and, without hits, in its middle.
     fn scaled(&self) -> [Scaled<'_, ExtendedSystem>; 2] {
-        let (units, residual_unit) = (&self.units, self.residual_unit);
+        let Self { units, residual_units, length, .. } = self;
         let [end, middle] = &self.systems;
-        [end, middle].map(|equations| Scaled { equations, units: units.clone(), residual_unit })
+        [end, middle].map(|equations| Scaled {
+            equations,
+            units: units.clone(),
+            residual_units: residual_units.clone(),
+            length: *length,
+        })
     }
 
     /// Scaled equations, matched at the end of the period.

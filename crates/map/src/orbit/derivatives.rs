@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::free_flow::Corners;
 use super::outcome::{NotLocated, OrbitError};
-use super::piecewise::{FlightPart, FlowEvent, MOST_STEPS, PiecewiseFlow, gap_along};
+use super::piecewise::{FlightPart, FlowEvent, JetsThrough, MOST_STEPS, PiecewiseFlow, gap_along};
 use super::section::Geometry;
 use crate::flow::{
     Field, FlowError, InputKind, Program, bound_but, evaluate, local_series, products_of_jet_step,
@@ -122,6 +122,15 @@ pub enum DerivativesError {
         /// Gap at the start.
         gap: f64,
     },
+    /// The start is at rest against a rigid surface.
+    #[error(
+        "the start is at rest against `{surface}`: starts beside it fall on the surface or are \
+         beyond it, and a derivative does not exist; start before the hit that ends in the rest"
+    )]
+    StartsAtRest {
+        /// Name of the surface.
+        surface: String,
+    },
     /// The derivatives cost more than the work limit allows.
     #[error(
         "the derivatives exceed their work limit of {limit} Taylor steps of jets of order {order} \
@@ -154,7 +163,7 @@ impl DerivativesError {
     pub fn ended_otherwise(&self) -> bool {
         match self {
             Self::Grazes { .. } | Self::Together { .. } | Self::HeldTwice { .. } => true,
-            Self::RoughContact { .. } => true,
+            Self::RoughContact { .. } | Self::StartsAtRest { .. } => true,
             Self::ComesToRest { .. } | Self::Corner(_) | Self::TooLong { .. } => true,
             Self::Orbit(OrbitError::Flow(_)) => true,
             Self::StartsBeyond { .. } | Self::Orbit(_) | Self::Jet(_) => false,
@@ -164,11 +173,20 @@ impl DerivativesError {
 
 /// Depth, relative to the range of the gap, below which a contact or a near miss is a graze.
 const GRAZING: f64 = 1e-16;
+/// Depth, relative as above, that counts as a graze where series beside it are asked for: numbers
+/// with 15 digits reach it.
+const NEAR_GRAZING: f64 = 1e-12;
+/// Longest stay beyond a surface that is passed in such a graze, as a share of the duration.
+const BRIEF_GRAZE: f64 = 1e-5;
 /// Events closer than this share of the duration happen together.
 const TOGETHER: f64 = 1e-13;
 
 /// Work limit, in products of coefficients in double-double: at most 2 to 3 minutes; measured.
 const MOST_PRODUCTS: f64 = 2e10;
+/// Steps from which the number of all is estimated, and the multiple of the limit above which the
+/// estimate refuses them.
+const FORETOLD: u32 = 100;
+const SURELY: usize = 2;
 /// Share of the work that finds the events, for progress.
 const EVENTS_SHARE: f64 = 0.1;
 
@@ -208,103 +226,291 @@ pub fn watched_jets_along(
     order: u32,
     watch: &dyn Fn(f64),
 ) -> Result<JetsAlong, DerivativesError> {
-    let model = &scene.model;
-    let mut scene = scene.clone();
-    scene.grazing.hits = Hits { surfaces: (0..model.surfaces.len()).collect(), order: None };
-    scene.grazing.passages.clear();
-    let parameters = model.parameter_values();
-    let nominal = |periods: usize| {
-        let geometry = Geometry::new(model, 0);
-        let phase = model.phase.as_ref()?;
-        let (rate, _) = geometry.at(start, &parameters).clock()?;
-        Some(phase.period * Dd::from(periods as f64) / rate)
-    };
-    let duration = match span {
-        (Some(time), _) => time,
-        (None, periods) => nominal(periods).ok_or(OrbitError::StroboscopicWithoutPhase)?,
-    };
-    let names = Names(&scene);
-    names.check_start(start, &parameters)?;
-    let rounded: (Vec<f64>, Vec<f64>) = (converted(start), converted(&parameters));
-    if let Some(corners) = Corners::of(&scene, free)
-        && let Some(corner) = corners.along(&rounded.0, &rounded.1, duration.to_f64())?
-    {
-        return Err(DerivativesError::Corner(Box::new(corner)));
-    }
-    let watched: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
-    let kinds = bound_but(free, &parameters);
-    let flow = PiecewiseFlow::new(&scene, &watched, &kinds);
+    let found = |share| watch(EVENTS_SHARE * share);
     let space = JetSpace::uniform(start.len() + free.len(), order as usize)?;
-    let products = flow.fields().map(|field| products_of_jet_step::<Dd>(field, &space));
-    let limit = (MOST_PRODUCTS / products.fold(1.0, f64::max)).ceil() as usize;
-    let too_long = |needed| DerivativesError::TooLong {
-        limit,
-        needed,
-        order: space.order(),
-        variables: space.variables(),
-    };
-    let share = |time: Dd| (time / duration).to_f64();
-    let found = |time| watch(EVENTS_SHARE * share(time));
-    let (events, steps) = names.events(&flow, start, &parameters, duration, &found)?;
-    if steps > limit {
-        return Err(too_long(steps));
-    }
-    let (state, parameters) = variables(&space, start, &parameters, free);
-    let (mut steps_left, mut flown) = (limit, Dd::ZERO);
-    let fly = |field: &Field, jets: &[Jet<Dd>], time| -> Result<_, OrbitError> {
-        let until = flown + time;
-        let watch = &mut |remaining| {
-            flown = until - remaining;
-            watch(EVENTS_SHARE + (1.0 - EVENTS_SHARE) * share(flown));
-        };
-        let steps = &mut steps_left;
-        Ok(watched_jet_transport_taylor(field, jets, &parameters, time, steps, watch)?)
-    };
-    let through = flow.jets(&state, &parameters, duration, &events, fly);
-    let through = through.map_err(|error| match error {
-        OrbitError::Flow(FlowError::TooManySteps { .. }) => {
-            too_long((limit as f64 / share(flown)).ceil() as usize)
+    let trajectory = Trajectory::new(scene, (start, free), span, &space, &found)?;
+    let flown = |share| watch(EVENTS_SHARE + (1.0 - EVENTS_SHARE) * share);
+    trajectory.jets_along(&flown)
+}
+
+/// A trajectory whose events are known.
+pub(crate) struct Trajectory {
+    scene: Scene,
+    flow: PiecewiseFlow,
+    start: Vec<Dd>,
+    parameters: Vec<Dd>,
+    /// Parameters that are variables of jets.
+    free: Vec<usize>,
+    /// Space of the jets in the start and the free parameters.
+    space: Arc<JetSpace>,
+    duration: Dd,
+    /// Forcing periods that the duration stands for.
+    periods: Option<usize>,
+    events: Vec<FlowEvent<Dd>>,
+    /// Number of steps flown to find the events.
+    steps: usize,
+    /// Graze that does not act.
+    graze: Option<Turn>,
+}
+
+/// Minimum of a gap along a trajectory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    /// Surface (index).
+    pub(crate) surface: usize,
+    /// Time since the start.
+    pub(crate) time: Dd,
+    /// Gap; negative at a contact: its depth.
+    pub(crate) gap: Dd,
+    /// Surface in contact meanwhile (index).
+    held: Option<usize>,
+}
+
+impl Trajectory {
+    /// Finds the events of a trajectory that does not graze; `watch` is told the share that is
+    /// done.
+    pub(crate) fn new(
+        scene: &Scene,
+        of: (&[Dd], &[usize]),
+        span: (Option<Dd>, usize),
+        space: &Arc<JetSpace>,
+        watch: &dyn Fn(f64),
+    ) -> Result<Self, DerivativesError> {
+        let (trajectory, grazes) = Self::flown(scene, of, span, space, (None, GRAZING), watch)?;
+        match grazes.first() {
+            None => Ok(trajectory),
+            Some(graze) => Err(Names(scene).grazes(graze)),
         }
-        error => error.into(),
-    })?;
-    let mut end = through.state;
-    if let ((None, periods), Some(phase)) = (span, &model.phase) {
+    }
+
+    /// Finds the events of a trajectory that grazes once, where the surface does not act; `None` if
+    /// it does not graze.
+    pub(crate) fn through_graze(
+        scene: &Scene,
+        of: (&[Dd], &[usize]),
+        span: (Option<Dd>, usize),
+        space: &Arc<JetSpace>,
+        watch: &dyn Fn(f64),
+    ) -> Result<Option<Self>, DerivativesError> {
+        let (_, grazes) = Self::flown(scene, of, span, space, (None, NEAR_GRAZING), watch)?;
+        let Some(first) = grazes.first() else { return Ok(None) };
+        let through = (Some(first.surface), NEAR_GRAZING);
+        let (trajectory, grazes) = Self::flown(scene, of, span, space, through, watch)?;
+        match grazes[..] {
+            [graze] => match graze.held {
+                None => Ok(Some(Self { graze: Some(graze), ..trajectory })),
+                Some(held) => {
+                    Err(Names(scene).held_twice(held, graze.surface, graze.time.to_f64()))
+                }
+            },
+            [_, ref second, ..] => Err(Names(scene).grazes(second)),
+            [] => Err(Names(scene).grazes(first)),
+        }
+    }
+
+    /// Finds the events of a trajectory, and its grazes: minima of a gap within a share of its
+    /// range. A graze of the surface `grazed` does not act.
+    fn flown(
+        scene: &Scene,
+        (start, free): (&[Dd], &[usize]),
+        span: (Option<Dd>, usize),
+        space: &Arc<JetSpace>,
+        (grazed, share): (Option<usize>, f64),
+        watch: &dyn Fn(f64),
+    ) -> Result<(Self, Vec<Turn>), DerivativesError> {
+        let model = &scene.model;
+        let mut scene = scene.clone();
+        scene.grazing.hits = Hits { surfaces: (0..model.surfaces.len()).collect(), order: None };
+        scene.grazing.passages.clear();
+        let parameters = model.parameter_values();
+        let nominal = |periods: usize| {
+            let geometry = Geometry::new(model, 0);
+            let phase = model.phase.as_ref()?;
+            let (rate, _) = geometry.at(start, &parameters).clock()?;
+            Some(phase.period * Dd::from(periods as f64) / rate)
+        };
+        let (duration, periods) = match span {
+            (Some(time), _) => (Some(time), None),
+            (None, periods) => (nominal(periods), Some(periods)),
+        };
+        let duration = duration.ok_or(OrbitError::StroboscopicWithoutPhase)?;
+        let names = Names(&scene);
+        names.check_start(start, &parameters)?;
+        let rounded: (Vec<f64>, Vec<f64>) = (converted(start), converted(&parameters));
+        if let Some(corners) = Corners::of(&scene, free)
+            && let Some(corner) = corners.along(&rounded.0, &rounded.1, duration.to_f64())?
+        {
+            return Err(DerivativesError::Corner(Box::new(corner)));
+        }
+        let watched: Vec<_> = model.surfaces.iter().map(|surface| surface.event).collect();
+        let mut flow = PiecewiseFlow::new(&scene, &watched, &bound_but(free, &parameters));
+        if let Some(surface) = flow.rests_at(start, &parameters) {
+            return Err(DerivativesError::StartsAtRest { surface: names.surface(surface) });
+        }
+        if let Some(surface) = grazed {
+            flow.graze(surface, BRIEF_GRAZE * duration.to_f64());
+        }
+        let done = |time: Dd| watch((time / duration).to_f64());
+        let flight = (start, &parameters[..], duration);
+        let limit = WorkLimit::of(&flow, space);
+        let way = names.way(&flow, flight, (grazed, share), (limit, &done))?;
+        let Way { events, steps, grazes } = way;
+        let trajectory = Self {
+            flow,
+            start: start.to_vec(),
+            parameters,
+            free: free.to_vec(),
+            space: Arc::clone(space),
+            duration,
+            periods,
+            events,
+            steps,
+            graze: None,
+            scene,
+        };
+        Ok((trajectory, grazes))
+    }
+
+    /// Graze that does not act; `None` if the trajectory does not graze.
+    pub(crate) fn graze(&self) -> Option<Turn> {
+        self.graze
+    }
+
+    /// State at the start as jets.
+    pub(crate) fn start_jets(&self) -> Vec<Jet<Dd>> {
+        let start = self.start.iter().enumerate();
+        start.map(|(at, &value)| Jet::variable(&self.space, at, value)).collect()
+    }
+
+    /// Duration of the trajectory.
+    pub(crate) fn duration(&self) -> Dd {
+        self.duration
+    }
+
+    /// Values of all parameters.
+    pub(crate) fn parameters(&self) -> &[Dd] {
+        &self.parameters
+    }
+
+    /// State at the end with its derivatives; `watch` is told the share that is done.
+    pub(crate) fn jets_along(&self, watch: &dyn Fn(f64)) -> Result<JetsAlong, DerivativesError> {
+        let through = self.fly(&self.start_jets(), 0, [Dd::ZERO, self.duration], watch)?;
+        let events = self.events.iter().zip(through.times);
+        let events = events.map(|(event, time)| EventDerivatives {
+            surface: event.surface,
+            meets: event.meets,
+            speed: event.speed,
+            rests: event.rests,
+            time,
+        });
+        let events = events.collect();
+        Ok(JetsAlong { state: through.state, events, duration: self.duration })
+    }
+
+    /// Jets of the state at a time from those at an earlier one, through the events between them;
+    /// the last time may be the end. The jets' own variables begin with number `first`: the start,
+    /// then the free parameters. `watch` is told the share of the time flown.
+    pub(crate) fn fly(
+        &self,
+        jets: &[Jet<Dd>],
+        first: usize,
+        [from, to]: [Dd; 2],
+        watch: &dyn Fn(f64),
+    ) -> Result<JetsThrough<'_, Dd>, DerivativesError> {
+        let space = jets[0].space();
+        let parameters = self.parameter_jets(space, first);
+        let limit = WorkLimit::of(&self.flow, space);
+        let time = to - from;
+        let share = |flown: Dd| (flown / time).to_f64();
+        let steps = (self.steps as f64 * (time / self.duration).to_f64()) as usize;
+        limit.check(steps)?;
+        let (mut steps_left, mut flown) = (limit.steps, Dd::ZERO);
+        let fly = |field: &Field, jets: &[Jet<Dd>], time| -> Result<_, OrbitError> {
+            let until = flown + time;
+            let watch = &mut |remaining| {
+                flown = until - remaining;
+                watch(share(flown));
+            };
+            let steps = &mut steps_left;
+            Ok(watched_jet_transport_taylor(field, jets, &parameters, time, steps, watch)?)
+        };
+        let ends = |time| time < to || to == self.duration;
+        let between = self.events.iter().filter(|event| from <= event.time && ends(event.time));
+        let events: Vec<_> = between.map(|event| event.since(from)).collect();
+        let through = self.flow.jets(jets, &parameters, time, &events, fly);
+        let mut through = through.map_err(|error| match error {
+            OrbitError::Flow(FlowError::TooManySteps { .. }) => {
+                limit.exceeded((limit.steps as f64 / share(flown)).ceil() as usize)
+            }
+            error => error.into(),
+        })?;
+        if to == self.duration {
+            self.reach_phase(&mut through, &parameters);
+        }
+        Ok(through)
+    }
+
+    /// All parameters as jets; the variables of the start and of the free parameters begin with
+    /// number `first`.
+    fn parameter_jets(&self, space: &Arc<JetSpace>, first: usize) -> Vec<Jet<Dd>> {
+        let parameter = |(at, &value): (usize, &Dd)| match self.free.iter().position(|&of| of == at)
+        {
+            Some(number) => Jet::variable(space, first + self.start.len() + number, value),
+            None => Jet::constant(space, value),
+        };
+        self.parameters.iter().enumerate().map(parameter).collect()
+    }
+
+    /// Flies on to the phase at which a number of forcing periods ends, which depends on the
+    /// parameters in the phase's rate.
+    fn reach_phase(&self, through: &mut JetsThrough<'_, Dd>, parameters: &[Jet<Dd>]) {
+        let (Some(periods), Some(phase)) = (self.periods, &self.scene.model.phase) else { return };
+        let end = &through.state;
+        let space = end[0].space();
         let states = end.iter().map(|_| InputKind::Variable);
+        let kinds = bound_but(&self.free, &self.parameters);
         let inputs: Vec<InputKind> = states.chain(kinds).collect();
-        let rate = Program::new(&model.graph, &[phase.rate], &inputs);
-        let values: Vec<_> = end.iter().chain(&parameters).cloned().collect();
-        let rate = &evaluate(&rate, &space, &values)[0];
-        let advance = Jet::constant(&space, phase.period * Dd::from(periods as f64));
+        let rate = Program::new(&self.scene.model.graph, &[phase.rate], &inputs);
+        let values: Vec<_> = end.iter().chain(parameters).cloned().collect();
+        let rate = &evaluate(&rate, space, &values)[0];
+        let advance = Jet::constant(space, phase.period * Dd::from(periods as f64));
         let longer = &advance / rate;
         let longer = longer.add_constant(-longer.head());
         let powers = (space.order() + 1).max(2);
-        end = local_series(through.field, &end, &parameters, powers).state_at(&longer);
+        through.state = local_series(through.field, end, parameters, powers).state_at(&longer);
     }
-    let events = events.into_iter().zip(through.times);
-    let events = events.map(|(event, time)| EventDerivatives {
-        surface: event.surface,
-        meets: event.meets,
-        speed: event.speed,
-        rests: event.rests,
-        time,
-    });
-    Ok(JetsAlong { state: end, events: events.collect(), duration })
 }
 
-/// The full state and all parameters as jets; the state's components and the parameters `free` are
-/// the variables.
-fn variables(
-    space: &Arc<JetSpace>,
-    start: &[Dd],
-    parameters: &[Dd],
-    free: &[usize],
-) -> (Vec<Jet<Dd>>, Vec<Jet<Dd>>) {
-    let state = start.iter().enumerate().map(|(at, &value)| Jet::variable(space, at, value));
-    let parameter = |(at, &value): (usize, &Dd)| match free.iter().position(|&of| of == at) {
-        Some(number) => Jet::variable(space, start.len() + number, value),
-        None => Jet::constant(space, value),
-    };
-    (state.collect(), parameters.iter().enumerate().map(parameter).collect())
+/// Work limit of a trajectory, in Taylor steps of jets.
+#[derive(Clone, Copy)]
+struct WorkLimit {
+    steps: usize,
+    order: usize,
+    variables: usize,
+}
+
+impl WorkLimit {
+    fn of(flow: &PiecewiseFlow, space: &JetSpace) -> Self {
+        let products = flow.fields().map(|field| products_of_jet_step::<Dd>(field, space));
+        let steps = (MOST_PRODUCTS / products.fold(1.0, f64::max)).ceil() as usize;
+        Self { steps, order: space.order(), variables: space.variables() }
+    }
+
+    fn check(&self, steps: usize) -> Result<(), DerivativesError> {
+        if steps > self.steps { Err(self.exceeded(steps)) } else { Ok(()) }
+    }
+
+    fn exceeded(&self, needed: usize) -> DerivativesError {
+        let Self { steps: limit, order, variables } = *self;
+        DerivativesError::TooLong { limit, needed, order, variables }
+    }
+}
+
+/// Events and grazes of a trajectory, and the number of steps flown.
+struct Way {
+    events: Vec<FlowEvent<Dd>>,
+    grazes: Vec<Turn>,
+    steps: usize,
 }
 
 /// Checks of a trajectory, with the names of a scene.
@@ -343,45 +549,57 @@ impl Names<'_> {
         }
     }
 
-    /// Events of a trajectory, if none is a graze and no two happen together, and the number of
-    /// steps; `watch` is told the time flown.
-    fn events(
+    /// Way of a trajectory, if no two events happen together; a graze of `grazed` does not act, and
+    /// grazes lie within a share of the range of the gap. `watch` is told the time flown.
+    fn way(
         &self,
         flow: &PiecewiseFlow,
-        start: &[Dd],
-        parameters: &[Dd],
-        duration: Dd,
-        watch: &dyn Fn(Dd),
-    ) -> Result<(Vec<FlowEvent<Dd>>, usize), DerivativesError> {
+        (start, parameters, duration): (&[Dd], &[Dd], Dd),
+        (grazed, share): (Option<usize>, f64),
+        (limit, watch): (WorkLimit, &dyn Fn(Dd)),
+    ) -> Result<Way, DerivativesError> {
         let surfaces = self.0.model.surfaces.len();
         let mut largest = vec![0.0_f64; surfaces];
-        // Minima of the gaps: surface, time, value.
-        let mut minima: Vec<(usize, f64, f64)> = Vec::new();
+        let mut turns: Vec<Turn> = Vec::new();
         let mut events: Vec<FlowEvent<Dd>> = Vec::new();
         // A surface in contact, one that is met meanwhile, and the time.
         let mut both: Option<(usize, usize, f64)> = None;
-        let look = |passed: FlightPart<'_, '_, Dd>| -> Option<()> {
+        let mut steps = 0;
+        let look = |passed: FlightPart<'_, '_, Dd>| -> Option<DerivativesError> {
             match passed {
                 FlightPart::Step { elapsed, length, step, contact, released, .. } => {
                     watch(elapsed);
+                    steps += 1;
+                    // From some of the steps on, those of the whole time are known well enough.
+                    if steps >= FORETOLD {
+                        let all = f64::from(steps) * (duration / (elapsed + length)).to_f64();
+                        let needed = all as usize;
+                        if needed > SURELY * limit.steps {
+                            return Some(limit.exceeded(needed));
+                        }
+                    }
                     for surface in (0..surfaces).filter(|&at| contact != Some(at)) {
                         let event = &gap_along(step, surface, released);
                         largest[surface] = largest[surface].max(event[0].to_f64().abs());
+                        let rounding = share * largest[surface];
                         if let Some(held) = contact
-                            && evaluate_at(event, length).0 < Dd::ZERO
+                            && evaluate_at(event, length).0.to_f64() < -rounding
                         {
                             both = both.or(Some((held, surface, (elapsed + length).to_f64())));
                         }
-                        let turns = extrema(event, length).into_iter();
-                        let turns = turns.filter(|turn| turn.kind == ExtremumKind::Minimum);
-                        minima.extend(turns.map(|turn| {
-                            (surface, (elapsed + turn.time).to_f64(), turn.value.to_f64())
+                        let minima = extrema(event, length).into_iter();
+                        let minima = minima.filter(|turn| turn.kind == ExtremumKind::Minimum);
+                        turns.extend(minima.map(|turn| Turn {
+                            surface,
+                            time: elapsed + turn.time,
+                            gap: turn.value,
+                            held: contact,
                         }));
                     }
                 }
                 FlightPart::Event(event) => events.push(event.clone()),
                 FlightPart::Again => {
-                    minima.clear();
+                    turns.clear();
                     events.clear();
                     both = None;
                 }
@@ -390,7 +608,7 @@ impl Names<'_> {
         };
         let mut steps_left = MOST_STEPS;
         let flown = flow.each(start, parameters, duration, &mut steps_left, look);
-        flown.map_err(|error| match error {
+        let refused = flown.map_err(|error| match error {
             OrbitError::ManyHits { surface, limit } => {
                 DerivativesError::ComesToRest { surface: self.surface(surface), hits: limit }
             }
@@ -403,35 +621,52 @@ impl Names<'_> {
             },
             error => error.into(),
         })?;
-        if let Some((first, second, time)) = both {
-            let [first, second] = [first, second].map(|surface| self.surface(surface));
-            return Err(DerivativesError::HeldTwice { first, second, time });
+        if let Some(refused) = refused {
+            return Err(refused);
         }
+        limit.check(MOST_STEPS - steps_left)?;
+        if let Some((first, second, time)) = both {
+            return Err(self.held_twice(first, second, time));
+        }
+        // The surface that does not act is passed no deeper than in a graze.
+        let is_graze = |turn: &Turn| {
+            let within = share * largest[turn.surface];
+            turn.gap.to_f64().abs() <= within
+                || grazed == Some(turn.surface) && turn.gap < Dd::ZERO && turn.held.is_none()
+        };
+        let mut grazes: Vec<Turn> = turns.into_iter().filter(is_graze).collect();
         // A contact is as deep as the free flow would go beyond the surface.
         for event in events.iter().filter(|event| event.meets) {
-            let geometry = Geometry::new(&self.0.model, event.surface);
+            let FlowEvent { surface, time, speed, .. } = *event;
+            let geometry = Geometry::new(&self.0.model, surface);
             let acceleration = geometry.at(&event.state, parameters).acceleration();
             if acceleration > Dd::ZERO {
-                let depth = event.speed * event.speed / (acceleration + acceleration);
-                minima.push((event.surface, event.time.to_f64(), -depth.to_f64()));
+                let depth = speed * speed / (acceleration + acceleration);
+                let graze = Turn { surface, time, gap: -depth, held: None };
+                grazes.extend(Some(graze).filter(|_| depth.to_f64() <= share * largest[surface]));
             }
-        }
-        let grazes =
-            minima.iter().find(|&&(surface, _, gap)| gap.abs() <= GRAZING * largest[surface]);
-        if let Some(&(surface, time, gap)) = grazes {
-            return Err(DerivativesError::Grazes { surface: self.surface(surface), time, gap });
         }
         let apart = duration * Dd::from(TOGETHER);
         let together = events.windows(2).find(|pair| {
             pair[0].surface != pair[1].surface && pair[1].time - pair[0].time <= apart
         });
         match together {
-            None => Ok((events, MOST_STEPS - steps_left)),
+            None => Ok(Way { events, grazes, steps: MOST_STEPS - steps_left }),
             Some(pair) => Err(DerivativesError::Together {
                 first: self.surface(pair[0].surface),
                 second: self.surface(pair[1].surface),
                 time: pair[0].time.to_f64(),
             }),
         }
+    }
+
+    fn grazes(&self, graze: &Turn) -> DerivativesError {
+        let (time, gap) = (graze.time.to_f64(), graze.gap.to_f64());
+        DerivativesError::Grazes { surface: self.surface(graze.surface), time, gap }
+    }
+
+    fn held_twice(&self, first: usize, second: usize, time: f64) -> DerivativesError {
+        let [first, second] = [first, second].map(|surface| self.surface(surface));
+        DerivativesError::HeldTwice { first, second, time }
     }
 }

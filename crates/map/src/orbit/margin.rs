@@ -14,6 +14,7 @@ use super::grazing_curve::{CurveEnd, CurvePoint, MOST_PRODUCTS, SpecialKind, Spe
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location};
 use super::locate::locate;
 use super::outcome::{NotLocated, OrbitError};
+use super::search::{ClearInterval, IntervalEnd, clear_interval};
 use super::system::ExtendedSystem;
 use crate::flow::Field;
 use crate::model::Scene;
@@ -38,8 +39,8 @@ pub struct Margin {
     pub distance: f64,
     /// Derivative of the distance in every parameter of the model.
     pub sensitivities: Vec<f64>,
-    /// Whether the orbit of the free flow stays clear of the surface at the scene's values, to
-    /// first order in the change.
+    /// Whether the orbit of the free flow stays clear of the surface at the scene's values; without
+    /// a phase to first order in the change.
     pub clears: bool,
     /// Full state at the graze.
     pub state: Vec<f64>,
@@ -67,7 +68,9 @@ pub enum MarginOutcome {
 /// own value of the second parameter is located first. With two parameters the grazing curve
 /// through it is followed to both sides as far as a nearer point is possible; the result is the
 /// nearest point with a stationary distance, in double-double. Other branches of the curve are not
-/// searched. With one parameter the graze is the one that [`locate`] finds.
+/// searched. With one parameter the graze is the nearest of the orbit that the free flow settles on
+/// ([`clear_interval`]), and where it does not graze, or there is no phase, the one that [`locate`]
+/// finds.
 ///
 /// ```
 /// use grazemap_map::model::Scene;
@@ -119,7 +122,19 @@ pub fn watched_margin(
         parameters: parameters.to_vec(),
         scales: scales.to_vec(),
     };
-    let mut located = locate(&search.scene)?;
+    let interval = match scene.model.phase {
+        Some(_) => clear_interval(scene, parameters[0], None)?.ok(),
+        None => None,
+    };
+    let mut located = match interval.as_ref().and_then(|interval| search.nearest_of(interval)) {
+        Some((value, state)) => {
+            let mut there = search.scene.clone();
+            there.model.parameters[parameters[0]].value = Dd::from(value);
+            there.grazing.guess = Some(state);
+            locate(&there)?
+        }
+        None => locate(&search.scene)?,
+    };
     if let (Location::NotLocated(_), [first, second]) = (&located, parameters) {
         // The curve may turn back before it reaches the scene's value of the second parameter.
         let other = adjusted(*second);
@@ -132,10 +147,14 @@ pub fn watched_margin(
             };
         }
     }
-    match located {
-        Location::Located(orbit) => search.from(&orbit, watch),
-        Location::NotLocated(reason) => Ok(MarginOutcome::NotLocated(reason)),
+    let mut outcome = match located {
+        Location::Located(orbit) => search.from(&orbit, watch)?,
+        Location::NotLocated(reason) => MarginOutcome::NotLocated(reason),
+    };
+    if let (MarginOutcome::Found(margin), Some(interval)) = (&mut outcome, interval) {
+        margin.clears = interval.gap >= 0.0;
     }
+    Ok(outcome)
 }
 
 fn check(scene: &Scene, parameters: &[usize], scales: &[f64]) -> Result<(), OrbitError> {
@@ -180,6 +199,17 @@ impl MarginSearch {
     fn distance(&self, least: f64) -> Distance {
         let from = self.parameters.iter().map(|&parameter| self.own(parameter)).collect();
         Distance { from, scales: self.scales.clone(), least }
+    }
+
+    /// Value of the first parameter and full state at the nearer end of an interval, if that is a
+    /// graze.
+    fn nearest_of(&self, interval: &ClearInterval) -> Option<(f64, Vec<f64>)> {
+        let own = self.own(self.parameters[0]);
+        let grazes = interval.ends.iter().flatten().filter_map(|end| match end {
+            IntervalEnd::Graze { value, state } => Some((*value, state.clone())),
+            IntervalEnd::Fold { .. } => None,
+        });
+        grazes.min_by(|a, b| (a.0 - own).abs().total_cmp(&(b.0 - own).abs()))
     }
 
     /// Changes from the scene's own values to `parameters`, exact to rounding.

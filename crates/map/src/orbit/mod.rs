@@ -28,6 +28,7 @@ pub use curve::{curve, watched_curve};
 pub use derivatives::{
     DerivativesError, EventDerivatives, JetsAlong, jets_along, watched_jets_along,
 };
+pub(crate) use derivatives::{Trajectory, Turn};
 pub use grazing_curve::{
     CurveEnd, CurveOptions, CurveOutcome, CurvePoint, GrazingCurve, SpecialKind, SpecialPoint,
     UnresolvedStretch,
@@ -40,6 +41,7 @@ pub use locate::locate;
 pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
 pub use piecewise::{BRIEF, FlowEvent, JetsThrough, PiecewiseFlow};
+pub use search::{ClearInterval, IntervalEnd, clear_interval};
 pub use section::{PoincareSection, PoincareSectionKind};
 pub use theory::{
     AttractorRoute, Expectation, GrazeTheory, OneContactOrbit, Unfolding, graze_theory,

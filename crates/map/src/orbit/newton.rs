@@ -4,8 +4,8 @@
 //! both stages; the second is iterative refinement and ends at the roundoff of double-double.
 //!
 //! Tolerances and condition numbers presuppose numbers of order one. [`Scaled`] equations measure
-//! states, their closure and the event functions in a length of the orbit, and each adjusted
-//! parameter in its own size. A unit is a coarse power of two: numbers near one keep their unit,
+//! states, their closure and the event functions in a length of the orbit, states that are far
+//! smaller in one of their own, and each adjusted parameter in its own size. A unit is a coarse power of two: numbers near one keep their unit,
 //! and all others are scaled without rounding.
 
 use nalgebra::{DMatrix, DVector};
@@ -216,8 +216,10 @@ pub(super) struct Scaled<'a, E> {
     pub(super) equations: &'a E,
     /// Unit of each unknown.
     pub(super) units: Vec<f64>,
-    /// Common unit of all residuals.
-    pub(super) residual_unit: f64,
+    /// Unit of each residual.
+    pub(super) residual_units: Vec<f64>,
+    /// Length in which residuals are told.
+    pub(super) length: f64,
 }
 
 impl<E: Equations> Scaled<'_, E> {
@@ -235,7 +237,7 @@ impl<E: Equations> Scaled<'_, E> {
         let size = unknowns.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
         let root = refine(self, &unknowns, tolerance * size)?.map(|root| Root {
             unknowns: self.without_units(&root.unknowns),
-            residual: root.residual * self.residual_unit,
+            residual: root.residual * self.length,
         });
         Ok(root.map_err(|failure| self.failure_back(failure)))
     }
@@ -255,14 +257,14 @@ impl<E: Equations> Scaled<'_, E> {
     fn failure_back(&self, mut failure: NewtonFailure) -> NewtonFailure {
         failure.unknowns = self.without_units(&failure.unknowns);
         for residual in &mut failure.history {
-            *residual *= self.residual_unit;
+            *residual *= self.length;
         }
         failure
     }
 
     fn residuals_in_units<S: Real>(&self, residual: Vec<S>) -> Vec<S> {
-        let unit = S::from_f64(1.0 / self.residual_unit);
-        residual.into_iter().map(|value| value * unit).collect()
+        let pairs = residual.into_iter().zip(&self.residual_units);
+        pairs.map(|(value, unit)| value * S::from_f64(1.0 / unit)).collect()
     }
 }
 
@@ -270,7 +272,9 @@ impl<E: Equations> Equations for Scaled<'_, E> {
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
         let (residual, mut jacobian) = self.equations.linearised(&self.without_units(unknowns))?;
         for (mut column, unit) in jacobian.column_iter_mut().zip(&self.units) {
-            column *= unit / self.residual_unit;
+            for (value, residual_unit) in column.iter_mut().zip(&self.residual_units) {
+                *value *= unit / residual_unit;
+            }
         }
         Ok((self.residuals_in_units(residual), jacobian))
     }

@@ -41,8 +41,24 @@ pub struct PiecewiseFlow {
 struct Mode {
     field: Field,
     exits: Vec<Exit>,
+    /// Watched functions whose polynomials are looked at all along a step.
+    looked_at: Vec<usize>,
     /// Surface in contact (index).
     contact: Option<usize>,
+}
+
+impl Mode {
+    fn new(field: Field, exits: Vec<Exit>, shown: usize, contact: Option<usize>) -> Self {
+        let looked_at = (0..shown).chain(exits.iter().map(|exit| exit.watched)).collect();
+        Self { field, exits, looked_at, contact }
+    }
+
+    /// Length of a step on which the polynomials that are looked at are exact to rounding.
+    fn length<S: Real>(&self, step: &Step<'_, S>) -> S {
+        let lengths = self.looked_at.iter().map(|&watched| step.watched_length(watched).to_f64());
+        let shortest = lengths.fold(f64::INFINITY, f64::min);
+        if step.length.to_f64() <= shortest { step.length } else { S::from_f64(shortest) }
+    }
 }
 
 /// Event that ends a mode.
@@ -159,6 +175,11 @@ pub struct JetsThrough<'f, S: Real> {
 }
 
 impl<S: Real> FlowEvent<S> {
+    /// The event in a flight that starts at a time.
+    pub(super) fn since(&self, start: S) -> Self {
+        Self { time: self.time - start, ..self.clone() }
+    }
+
     /// The event over another scalar.
     pub fn converted<T: Real>(&self) -> FlowEvent<T> {
         let Self { time, surface, ref state, ref after, meets, speed, rests, mode, exit } = *self;
@@ -203,14 +224,25 @@ const AT_REST: usize = 3;
 impl PiecewiseFlow {
     /// The flow of a scene; its fields watch `watched`, and the kinds of the parameters are given.
     pub fn new(scene: &Scene, watched: &[NodeId], parameters: &[InputKind]) -> Self {
-        Self::of_graph(scene, scene.model.graph.clone(), watched, parameters)
+        Self::build(scene, scene.model.graph.clone(), (watched, true), parameters)
     }
 
-    /// The flow of a scene as [`new`](Self::new), with `watched` nodes of a larger graph.
+    /// The flow of a scene as [`new`](Self::new), with `watched` nodes of a larger graph, which are
+    /// looked at where a step begins.
     pub(super) fn of_graph(
         scene: &Scene,
-        mut graph: ExpressionGraph,
+        graph: ExpressionGraph,
         watched: &[NodeId],
+        parameters: &[InputKind],
+    ) -> Self {
+        Self::build(scene, graph, (watched, false), parameters)
+    }
+
+    /// The flow of a scene; the functions watched for the caller may be looked at all along a step.
+    fn build(
+        scene: &Scene,
+        mut graph: ExpressionGraph,
+        (watched, all_along): (&[NodeId], bool),
         parameters: &[InputKind],
     ) -> Self {
         let model = &scene.model;
@@ -254,17 +286,15 @@ impl PiecewiseFlow {
                 to: contact.map_or(0, |contact| 1 + contact),
             }
         });
-        let free = Mode {
-            field: Field::new(&graph, &model.flow, &all, parameters),
-            exits: exits.collect(),
-            contact: None,
-        };
+        let shown = if all_along { watched.len() } else { 0 };
+        let free = Field::new(&graph, &model.flow, &all, parameters);
+        let free = Mode::new(free, exits.collect(), shown, None);
         let held = |surface: usize, field: &[NodeId], release: NodeId, vanishing: usize| {
             let watched: Vec<NodeId> = all.iter().copied().chain([release]).collect();
             let kind = ExitKind::Release { vanishing };
             let release = Exit { surface, watched: all.len(), kind, to: 0 };
             let field = Field::new(&graph, field, &watched, parameters);
-            Mode { field, exits: vec![release], contact: Some(surface) }
+            Mode::new(field, vec![release], shown, Some(surface))
         };
         let contact = |&surface: &usize| match &model.surfaces[surface].response {
             Response::Contact { field, release } => Some(held(surface, field, *release, 0)),
@@ -276,6 +306,15 @@ impl PiecewiseFlow {
         let contacts = contacts.iter().filter_map(contact);
         let modes = std::iter::once(free).chain(contacts).chain(stuck.iter().map(rest)).collect();
         Self { modes, graph, watched: watched.len(), forgets: forgets(scene) }
+    }
+
+    /// Lets stays beyond a surface of at most a duration pass as grazes.
+    pub(super) fn graze(&mut self, surface: usize, longest: f64) {
+        for exit in self.modes[0].exits.iter_mut().filter(|exit| exit.surface == surface) {
+            if let ExitKind::Hit { brief, .. } = &mut exit.kind {
+                *brief = longest;
+            }
+        }
     }
 
     /// The flow of a scene with all parameters as arguments.
@@ -529,7 +568,8 @@ impl PiecewiseFlow {
             check();
             let step = flights[mode].step(&state, parameters)?;
             let remaining = duration - elapsed;
-            let whole = if step.length < remaining { step.length } else { remaining };
+            let resolved = self.modes[mode].length(&step);
+            let whole = if resolved < remaining { resolved } else { remaining };
             let met = self.first_exit(mode, &step, whole, (&mut sign, released));
             let length = met.map_or(whole, |(time, _)| time);
             let contact = self.modes[mode].contact;

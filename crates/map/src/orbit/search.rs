@@ -3,9 +3,9 @@
 use super::arclength::{Bordered, CORRECTION, GROWTH, STRAIGHT, distance, dot, tangent};
 use super::effort::Effort;
 use super::free_flow::{Minimum, each_step, gaps, singular, watching};
-use super::grazing_orbit::with_reduced_phase;
+use super::grazing_orbit::{Grazes, with_reduced_phase};
 use super::newton::{Equations, Scaled, solve};
-use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
+use super::outcome::{NamedValues, NotLocated, OrbitError, Stop, settled};
 use super::piecewise::PiecewiseFlow;
 use super::system::{ExtendedSystem, PeriodicFamily, Shooting, solve_either};
 use crate::model::{OrbitContact, Scene};
@@ -290,9 +290,14 @@ impl<'a> Search<'a> {
     fn periodic(&self, value: f64, start: &[f64]) -> Option<Periodic> {
         let (states, parameters) = (self.system.states, self.parameters(value));
         let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
-        let length = self.system.length(&self.unknowns(start, value));
-        let scaled =
-            Scaled { equations: &shooting, units: vec![length; states], residual_unit: length };
+        let unknowns = self.unknowns(start, value);
+        let units = self.system.state_units(&unknowns);
+        let scaled = Scaled {
+            equations: &shooting,
+            residual_units: units.clone(),
+            units,
+            length: self.system.length(&unknowns),
+        };
         let Ok(Ok(root)) = scaled.solve(&start[..states], 1e-9) else {
             return None;
         };
@@ -442,6 +447,7 @@ struct Curve<'a> {
     search: &'a Search<'a>,
     family: PeriodicFamily<'a>,
     units: Vec<f64>,
+    residual_units: Vec<f64>,
     length: f64,
     /// Full state of the initial orbit; all orbits have its phase.
     start: Vec<f64>,
@@ -453,17 +459,7 @@ impl Search<'_> {
     fn follow(&self, first: &Periodic, looked: &mut Looked) -> Result<Vec<Graze>, OrbitError> {
         let system = self.system.clone().limited(&Effort::new(self.system.flow.field()));
         let search = Search { system: &system, watching: self.watching.clone(), ..*self };
-        let states = system.states;
-        let length = system.length(&search.unknowns(&first.start, first.value));
-        let mut units = vec![length; states];
-        units.push(scale(first.value));
-        let curve = Curve {
-            search: &search,
-            family: PeriodicFamily::new(&system, first.start[states]),
-            units,
-            length,
-            start: first.start.clone(),
-        };
+        let curve = Curve::through(&search, first);
         let mut grazes = Vec::new();
         for side in [1.0, -1.0] {
             match curve.side(first, side, &mut grazes, looked) {
@@ -482,9 +478,51 @@ fn scale(value: f64) -> f64 {
     value.abs().max(0.1)
 }
 
-impl Curve<'_> {
+impl<'a> Curve<'a> {
+    /// The curve through an orbit.
+    fn through(search: &'a Search<'a>, first: &Periodic) -> Self {
+        let (system, unknowns) = (search.system, search.unknowns(&first.start, first.value));
+        let residual_units = system.state_units(&unknowns);
+        let mut units = residual_units.clone();
+        units.push(scale(first.value));
+        Self {
+            family: PeriodicFamily::new(system, first.start[system.states]),
+            search,
+            units,
+            residual_units,
+            length: system.length(&unknowns),
+            start: first.start.clone(),
+        }
+    }
+
     fn system(&self) -> Scaled<'_, PeriodicFamily<'_>> {
-        Scaled { equations: &self.family, units: self.units.clone(), residual_unit: self.length }
+        Scaled {
+            equations: &self.family,
+            units: self.units.clone(),
+            residual_units: self.residual_units.clone(),
+            length: self.length,
+        }
+    }
+
+    /// First point of one side of the curve.
+    fn start(&self, first: &Periodic, side: f64) -> Result<Option<FamilyPoint>, OrbitError> {
+        let states = self.search.system.states;
+        let unknowns = [&first.start[..states], &[first.value]].concat();
+        let mut along = vec![0.0; states + 1];
+        along[states] = side;
+        self.point(self.system().in_units(&unknowns), &along)
+    }
+
+    /// Point of the curve a step ahead; `None` if the step is too long.
+    fn stepped(&self, here: &FamilyPoint, step: f64) -> Result<Option<FamilyPoint>, OrbitError> {
+        let predicted = moved(&here.unknowns, &here.tangent, step);
+        let found = self.corrected(&predicted, &predicted, &here.tangent)?;
+        let close = |found: &Vec<f64>| distance(found, &predicted) < CORRECTION * step;
+        let next = match found.filter(close) {
+            Some(found) => self.point(found, &here.tangent)?,
+            None => None,
+        };
+        Ok(next.filter(|next| dot(&next.tangent, &here.tangent) > STRAIGHT))
     }
 
     /// Follows one side of the curve; returns whether the curve closed.
@@ -495,24 +533,10 @@ impl Curve<'_> {
         grazes: &mut Vec<Graze>,
         looked: &mut Looked,
     ) -> Result<bool, OrbitError> {
-        let states = self.search.system.states;
-        let unknowns = [&first.start[..states], &[first.value]].concat();
-        let mut along = vec![0.0; states + 1];
-        along[states] = side;
-        let Some(start) = self.point(self.system().in_units(&unknowns), &along)? else {
-            return Ok(false);
-        };
+        let Some(start) = self.start(first, side)? else { return Ok(false) };
         let (mut here, mut step) = (start.clone(), STEP);
         for taken in 0..MOST_STEPS {
-            let predicted = moved(&here.unknowns, &here.tangent, step);
-            let found = self.corrected(&predicted, &predicted, &here.tangent)?;
-            let close = |found: &Vec<f64>| distance(found, &predicted) < CORRECTION * step;
-            let next = match found.filter(close) {
-                Some(found) => self.point(found, &here.tangent)?,
-                None => None,
-            };
-            let Some(next) = next.filter(|next| dot(&next.tangent, &here.tangent) > STRAIGHT)
-            else {
+            let Some(next) = self.stepped(&here, step)? else {
                 step *= 0.5;
                 if step < SMALLEST_STEP {
                     return Ok(false);
@@ -615,5 +639,220 @@ impl Search<'_> {
             gaps.minima.iter().all(|at| at.event >= touch(at))
         });
         Graze { value: parameters[self.parameter], physical, unknowns }
+    }
+}
+
+/// Interval of a parameter about a value in which a periodic orbit of the free flow neither
+/// touches the surface nor ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClearInterval {
+    /// Full state of the orbit at the value.
+    pub start: Vec<f64>,
+    /// Lowest gap of the orbit at the value; negative where it goes beyond the surface.
+    pub gap: f64,
+    /// Lower and upper end of the interval; `None` if none was found.
+    pub ends: [Option<IntervalEnd>; 2],
+}
+
+/// End of the interval of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum IntervalEnd {
+    /// The orbit grazes.
+    Graze {
+        /// Value of the parameter.
+        value: f64,
+        /// Full state at the graze.
+        state: Vec<f64>,
+    },
+    /// The orbit meets another one and both vanish.
+    Fold {
+        /// Value of the parameter.
+        value: f64,
+    },
+}
+
+impl IntervalEnd {
+    /// Value of the parameter.
+    pub fn value(&self) -> f64 {
+        match self {
+            Self::Graze { value, .. } | Self::Fold { value } => *value,
+        }
+    }
+}
+
+/// Interval of a parameter about a scene's value in which the orbit that the free flow settles on
+/// does not touch the grazed surface, by following that orbit to both sides.
+///
+/// The motion begins at `start`, a full state, or at the scene's guess or at rest.
+///
+/// # Errors
+///
+/// As [`locate`](super::locate); [`OrbitError::AutonomousWithoutGuess`] for a model without a phase,
+/// whose orbits are not followed in this way.
+pub fn clear_interval(
+    scene: &Scene,
+    parameter: usize,
+    start: Option<&[f64]>,
+) -> Result<Result<ClearInterval, NotLocated>, OrbitError> {
+    if scene.model.phase.is_none() {
+        return Err(OrbitError::AutonomousWithoutGuess);
+    }
+    let mut scene = scene.clone();
+    scene.grazing.solve_for = vec![parameter];
+    let base = scene.model.parameter_values();
+    let system = ExtendedSystem::new(&scene, Grazes::of(&scene)?, &base, &[parameter]);
+    let system = system.first_graze(parameter);
+    let limited = || system.clone().limited(&Effort::new(system.flow.field()));
+    let settling = limited();
+    let rest = || vec![0.0; scene.model.dimension()];
+    let from = start.map(<[f64]>::to_vec).or_else(|| scene.grazing.guess.clone());
+    let (from, value) = (from.unwrap_or_else(rest), base[parameter].to_f64());
+    let first = Search::new(&scene, &settling, parameter).nominal(&from, value, start.is_some());
+    let first = match settled(first)? {
+        Ok(first) => first,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let mut ends = [None, None];
+    for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
+        let system = limited();
+        let search = Search::new(&scene, &system, parameter);
+        *end = match Curve::through(&search, &first).first_end(&first, side) {
+            Err(OrbitError::SearchTooLong) => None,
+            found => found?,
+        };
+    }
+    Ok(Ok(ClearInterval { start: first.start, gap: first.lowest.event, ends }))
+}
+
+/// Largest change of the lowest `h` in one step, relative to the range of `h`.
+const CHANGE: f64 = 0.05;
+/// Largest number of steps towards an end of an interval, and of halvings at a fold.
+const MOST_STEPS_TO_END: usize = 2000;
+const FOLD_HALVINGS: usize = 40;
+
+impl Search<'_> {
+    /// Periodic orbit that the free flow settles on from a full state, or the one near that state
+    /// if it settles on none or is asked for.
+    fn nominal(
+        &self,
+        start: &[f64],
+        value: f64,
+        is_near: bool,
+    ) -> Result<Periodic, Stop<NotLocated>> {
+        let commonest = match self.system.flow.hits() && self.scene.grazing.guess.is_none() {
+            true => self.commonest(start, value),
+            false => None,
+        };
+        let near = || self.periodic(value, start);
+        let settled = || {
+            let (settled, change) = self.settle(start, value);
+            let found = self.periodic(value, &settled);
+            let orbit = found.filter(|orbit| {
+                distance(&orbit.start, &settled) < NEAR_SETTLED * self.extent(&settled, value)
+            });
+            (orbit, change)
+        };
+        if let Some(orbit) = commonest.or_else(|| if is_near { near() } else { None }) {
+            return Ok(orbit);
+        }
+        let (orbit, change) = settled();
+        let orbit = orbit.or_else(near);
+        orbit.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, change)))
+    }
+
+    fn extent(&self, state: &[f64], value: f64) -> f64 {
+        self.system.length(&self.unknowns(state, value))
+    }
+}
+
+impl Curve<'_> {
+    /// First graze or fold on one side of an orbit.
+    fn first_end(&self, first: &Periodic, side: f64) -> Result<Option<IntervalEnd>, OrbitError> {
+        let states = self.search.system.states;
+        let Some(mut here) = self.start(first, side)? else { return Ok(None) };
+        let (mut before, mut step): (Option<FamilyPoint>, f64) = (None, STEP);
+        for _ in 0..MOST_STEPS_TO_END {
+            let next = self.stepped(&here, step)?;
+            let range = here.orbit.largest - here.orbit.lowest.event;
+            let is_fine = |next: &FamilyPoint| {
+                let change = (next.orbit.lowest.event - here.orbit.lowest.event).abs();
+                change <= CHANGE * range || !change.is_finite() || step < STEP * CHANGE
+            };
+            let Some(next) = next.filter(is_fine) else {
+                step *= 0.5;
+                if step < SMALLEST_STEP {
+                    return Ok(None);
+                }
+                continue;
+            };
+            let dip = before.as_ref().map(|before| self.dip(before, &here, &next)).transpose()?;
+            let [crossed, rest] = [dip.flatten(), Some(next.clone())];
+            for to in crossed.into_iter().chain(rest) {
+                if here.orbit.lowest.event * to.orbit.lowest.event < 0.0
+                    && let Some(graze) = self.graze_between(&here, &to)?
+                {
+                    let state = graze.unknowns[..self.search.system.dimension].to_vec();
+                    return Ok(Some(IntervalEnd::Graze { value: graze.value, state }));
+                }
+            }
+            if next.tangent[states] * here.tangent[states] < 0.0 {
+                return Ok(Some(IntervalEnd::Fold { value: self.fold(&here, &next)? }));
+            }
+            if (next.orbit.value - first.value).abs() > FAR * scale(first.value) {
+                return Ok(None);
+            }
+            before = Some(std::mem::replace(&mut here, next));
+            step = (step * GROWTH).min(LARGEST_STEP);
+        }
+        Ok(None)
+    }
+
+    /// Orbit between three others at which the lowest `h` has another sign, where a parabola
+    /// through theirs has.
+    fn dip(
+        &self,
+        before: &FamilyPoint,
+        here: &FamilyPoint,
+        next: &FamilyPoint,
+    ) -> Result<Option<FamilyPoint>, OrbitError> {
+        let gap = |point: &FamilyPoint| point.orbit.lowest.event;
+        let sign = gap(here).signum();
+        let [a, b, c] = [gap(before), gap(here), gap(next)].map(|gap| sign * gap);
+        if !(b < a && b < c) || !(a.is_finite() && c.is_finite()) {
+            return Ok(None);
+        }
+        let left = -distance(&before.unknowns, &here.unknowns);
+        let right = distance(&next.unknowns, &here.unknowns);
+        // b + s (place) + q place²
+        let (by_left, by_right) = ((a - b) / left, (c - b) / right);
+        let curvature = (by_right - by_left) / (right - left);
+        let slope = by_right - curvature * right;
+        let place = -0.5 * slope / curvature;
+        if b + 0.5 * slope * place > 0.5 * b {
+            return Ok(None);
+        }
+        let there = if place < 0.0 { before } else { next };
+        let ends = moved(&there.unknowns, &here.unknowns, -1.0);
+        let share = place.abs() / if place < 0.0 { -left } else { right };
+        let middle = moved(&here.unknowns, &ends, share);
+        let found = self.corrected(&middle, &middle, &ends)?;
+        let Some(found) = found else { return Ok(None) };
+        let middle = self.point(found, &here.tangent)?;
+        Ok(middle.filter(|middle| sign * gap(middle) < 0.0))
+    }
+
+    /// Value of the parameter at the fold between two points of the curve.
+    fn fold(&self, here: &FamilyPoint, next: &FamilyPoint) -> Result<f64, OrbitError> {
+        let last = self.search.system.states;
+        let mut ends = [here.clone(), next.clone()];
+        for _ in 0..FOLD_HALVINGS {
+            let chord = moved(&ends[1].unknowns, &ends[0].unknowns, -1.0);
+            let middle = moved(&ends[0].unknowns, &chord, 0.5);
+            let Some(found) = self.corrected(&middle, &middle, &chord)? else { break };
+            let Some(middle) = self.point(found, &ends[0].tangent)? else { break };
+            let same = middle.tangent[last] * ends[0].tangent[last] > 0.0;
+            ends[usize::from(!same)] = middle;
+        }
+        Ok(ends[0].orbit.value)
     }
 }

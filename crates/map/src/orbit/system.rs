@@ -33,6 +33,10 @@ pub(super) enum Matching {
 
 /// Size of an orbit at rest, relative to the way of the surface: rounding.
 const AT_REST: f64 = 1e-12;
+/// Size of a state, relative to the length of an orbit, below which it has a unit of its own.
+const FAR_SMALLER: f64 = 1e-3;
+/// Step along the flow, relative to `T/2π`, for the change of the states' rates.
+const AHEAD: f64 = 1e-6;
 /// Largest number of steps of a flight whose work is not counted.
 const MAX_STEPS: usize = 100_000;
 
@@ -243,16 +247,57 @@ impl ExtendedSystem {
         unit_of(if size <= AT_REST * moves { moves } else { size })
     }
 
-    /// The system in units: that of the states, and the size of each adjusted parameter.
-    pub(super) fn scaled(&self, unknowns: &[f64]) -> Scaled<'_, Self> {
+    /// Unit of each state: the [length](Self::length) of the orbit, or that of the state alone
+    /// where it is far smaller, as a displacement of micrometres beside speeds of metres a second.
+    pub(super) fn state_units(&self, unknowns: &[f64]) -> Vec<f64> {
         let length = self.length(unknowns);
+        let state = &unknowns[..self.dimension];
+        let parameters = self.parameters(unknowns);
+        let (period, _) = self.period_and_slopes(unknowns, &parameters);
+        let rates = |state: &[f64]| self.geometries[0].at(state, &parameters).flow();
+        let (here, time) = (rates(state), period / TAU);
+        // A displacement at rest in 0 has no rate; its acceleration is the change of its rate.
+        let ahead = state.iter().zip(&here).map(|(value, rate)| value + AHEAD * time * rate);
+        let ahead = rates(&ahead.collect::<Vec<_>>());
+        let unit = |at: usize| {
+            let change = (ahead[at] - here[at]) / AHEAD * time;
+            let size = state[at].abs().max((here[at] * time).abs()).max(change.abs());
+            match size > 0.0 && size < FAR_SMALLER * length {
+                true => unit_of(size),
+                false => length,
+            }
+        };
+        (0..self.states).map(unit).collect()
+    }
+
+    /// Unit of the gap and of its rate at a passage, in units of the states.
+    fn touch_units(&self, unknowns: &[f64], units: &[f64], length: f64) -> Vec<f64> {
+        if units.iter().all(|unit| *unit == length) {
+            return vec![length; 2 * self.geometries.len()];
+        }
+        let (state, parameters) = (&unknowns[..self.dimension], self.parameters(unknowns));
+        let touches = self.geometries.iter().flat_map(|geometry| {
+            let local = geometry.at(state, &parameters);
+            [local.event_gradient(), local.velocity_gradient()].map(|slopes| {
+                let sizes = slopes.iter().zip(units).map(|(slope, unit)| (slope * unit).abs());
+                unit_of(sizes.fold(0.0, f64::max))
+            })
+        });
+        touches.collect()
+    }
+
+    /// The system in units: those of the states, and the size of each adjusted parameter.
+    pub(super) fn scaled(&self, unknowns: &[f64]) -> Scaled<'_, Self> {
+        let (length, states) = (self.length(unknowns), self.state_units(unknowns));
         let mut units = vec![1.0; self.unknowns()];
-        units[..self.states].fill(length);
+        units[..self.states].copy_from_slice(&states);
         let parameters = self.first_parameter()..unknowns.len();
         for place in parameters {
             units[place] = unit_of(unknowns[place].abs());
         }
-        Scaled { equations: self, units, residual_unit: length }
+        let touches = self.touch_units(unknowns, &states, length);
+        let residual_units = states.into_iter().chain(touches).collect();
+        Scaled { equations: self, units, residual_units, length }
     }
 
     /// Times of the independent grazes; the first is 0.

@@ -267,7 +267,7 @@ impl<S: Branched> Step<'_, S> {
 
     /// Length on which a watched function's polynomial meets the tolerance of the states; infinite
     /// if it is not shorter than the step.
-    pub(crate) fn watched_length(&self, watched: usize) -> S::Rounded {
+    pub fn watched_length(&self, watched: usize) -> S::Rounded {
         if self.field.series().is_combination(self.slot_of(watched)) {
             return S::Rounded::from_f64(f64::INFINITY);
         }

@@ -6,6 +6,7 @@
 //! simulation settles on along the range.
 
 mod grazes;
+mod motions;
 
 use std::collections::{BTreeSet, VecDeque};
 use std::iter::once;
@@ -175,7 +176,9 @@ impl<'a> DirectBranches<'a> {
 
     /// Branches in their final form, and the itineraries that were not followed completely.
     pub(super) fn given_out(&self) -> Branches {
-        let mut branches = self.described(&self.all(self.extent.follow));
+        let mut found = self.all(self.extent.follow);
+        self.one_of_each_motion(&mut found);
+        let mut branches = self.described(&found);
         self.end_at_grazes(&mut branches);
         let cut = branches.iter().filter(|branch| branch.ends.contains(&BranchEnd::WorkLimit));
         self.unfinished.extend(cut.map(|branch| &branch.itinerary));

@@ -57,8 +57,8 @@ impl<'a> DirectBranches<'a> {
         itinerary: &ContactItinerary,
         points: [&DirectPoint; 2],
     ) -> Option<BranchPoint> {
-        let [from, to] = points.map(|point| point.linearised.extra.extra_contacts);
-        if from == to {
+        let [from, to] = points.map(|point| &point.linearised.extra);
+        if has_same_contacts(from, to) {
             return None;
         }
         let mut equations = self.equations_with(itinerary, &points[0].linearised.extra);
@@ -79,7 +79,8 @@ impl<'a> DirectBranches<'a> {
         let outward = &end.tangent;
         let last = last_with_its_contacts(&mut equations, end, AHEAD, outward)?;
         let (ahead, _) = equations.flown_orbit(&moved(&last.0, outward, AHEAD))?;
-        (ahead.extra_contacts > last.1.extra_contacts).then(|| self.at_graze(&equations, end, last))
+        let more = ahead.extra_contacts > last.1.extra_contacts;
+        (more && !has_same_contacts(&ahead, &last.1)).then(|| self.at_graze(&equations, end, last))
     }
 
     /// Ends branches at a graze where the branch without the contact ends at it.
@@ -148,7 +149,6 @@ impl<'a> DirectBranches<'a> {
         [from, to]: [&DirectPoint; 2],
     ) -> Option<FlownOrbit> {
         let chord = moved(&to.unknowns, &from.unknowns, -1.0);
-        let contacts = from.linearised.extra.extra_contacts;
         let (mut shares, mut found) = ([0.0, 1.0], None);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (shares[0] + shares[1]);
@@ -158,7 +158,8 @@ impl<'a> DirectBranches<'a> {
             let there = by_chords(&from.linearised.jacobian, &chord, start, |unknowns| {
                 equations.flown_orbit(unknowns)
             })?;
-            shares[usize::from(there.1.extra_contacts != contacts)] = middle;
+            let same = has_same_contacts(&there.1, &from.linearised.extra);
+            shares[usize::from(!same)] = middle;
             found = Some(there);
         }
         found
@@ -277,6 +278,13 @@ impl<'a> DirectBranches<'a> {
     }
 }
 
+/// Whether two orbits of a branch make the same contacts. Those that the nominal orbit names are
+/// told by their time, which may pass from one to another while the orbit makes as many; and a
+/// rest is one of these whatever the number of its rebounds.
+fn has_same_contacts<S>(a: &DirectOrbit<S>, b: &DirectOrbit<S>) -> bool {
+    a.extra_contacts == b.extra_contacts || a.hits == b.hits
+}
+
 /// Last orbit that makes the contacts of `from`, at most `ahead` along its tangent, on a plane with
 /// the normal `normal`.
 fn last_with_its_contacts(
@@ -285,12 +293,12 @@ fn last_with_its_contacts(
     ahead: f64,
     normal: &[f64],
 ) -> Option<FlownOrbit> {
-    let contacts = from.linearised.extra.extra_contacts;
+    let contacts = &from.linearised.extra;
     let mut last = None;
     last_that_holds(0.0, 1.0, HALVINGS, |share| {
         let start = moved(&from.unknowns, &from.tangent, share * ahead);
         let there = corrected(equations, &start, &start, normal);
-        let there = there.filter(|(_, there)| there.extra.extra_contacts == contacts);
+        let there = there.filter(|(_, there)| has_same_contacts(&there.extra, contacts));
         let holds = there.is_some();
         if let Some((unknowns, there)) = there {
             last = Some((unknowns, there.extra, there.residual));
