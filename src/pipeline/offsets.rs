@@ -6,7 +6,6 @@
 use super::{Graze, Map};
 use crate::analysis::basin::BasinRequest;
 use crate::numeric::Shown;
-use crate::report::Named;
 
 /// Significant digits of offsets and values in remarks.
 const DIGITS: i32 = 6;
@@ -43,12 +42,6 @@ impl Graze {
              {values}; for {name} = {given} give {meant}",
             shown(grazing)
         ))
-    }
-
-    /// Remarks on offsets given by parameter name.
-    pub(super) fn offset_remarks(&self, key: &str, named: &Named<f64>) -> Vec<String> {
-        let named = named.0.iter();
-        named.filter_map(|(name, offset)| self.offset_remark(key, name, &[*offset])).collect()
     }
 }
 

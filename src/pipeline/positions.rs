@@ -187,6 +187,39 @@ impl<'a> Origin<'a> {
         Named(ranges.into().into_iter().flat_map(|Named(ranges)| ranges).map(ends).collect())
     }
 
+    /// Whether a position is counted from the graze.
+    fn is_offset(&self, position: Position) -> bool {
+        matches!(position, Position::Offset(_)) && !self.counting.values
+    }
+
+    /// Remarks on positions by name that are counted from the graze and look like values.
+    pub(super) fn remarks<'p>(
+        &self,
+        key: &str,
+        positions: impl Into<Option<&'p Named<Position>>>,
+    ) -> Vec<String> {
+        let positions = positions.into().into_iter().flat_map(|Named(positions)| positions);
+        let remarks =
+            positions.filter_map(|(name, at)| self.range_remark(key, name, [Some(*at), None]));
+        remarks.collect()
+    }
+
+    /// Remark on the ends of a range of one parameter, if they are counted from the graze and look
+    /// like values.
+    pub fn range_remark(
+        &self,
+        key: &str,
+        name: &str,
+        ends: [Option<Position>; 2],
+    ) -> Option<String> {
+        let given = ends.into_iter().flatten();
+        if !given.clone().all(|end| self.is_offset(end)) {
+            return None;
+        }
+        let offsets: Vec<f64> = given.map(|end| self.offset(name, end)).collect();
+        self.graze.offset_remark(key, name, &offsets)
+    }
+
     /// Offsets of both ends of a range of one parameter.
     pub fn range(&self, name: &str, ends: [Option<Position>; 2]) -> [Option<f64>; 2] {
         ends.map(|end| end.map(|end| self.offset(name, end)))

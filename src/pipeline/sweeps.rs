@@ -471,6 +471,11 @@ pub struct BasinKeys {
 }
 
 impl BasinKeys {
+    /// Remarks on offsets that look like parameter values.
+    pub fn offset_remarks(&self, map: &Map) -> Vec<String> {
+        Origin::new(map.settled().graze(), self.values).remarks("at", self.at.as_ref())
+    }
+
     /// Whether the keys ask for a basin of their own, in the place of the scene's.
     pub fn name_any(&self) -> bool {
         let values = self.values;

@@ -404,6 +404,24 @@ fn derivatives_through_a_rest_are_those_of_the_closed_form() {
     }
 }
 
+/// A mass that is always pressed on its table stays there, however long: the table's own series
+/// tells the steps, for the motion has none.
+#[test]
+fn a_motion_that_rests_for_ever_has_the_derivatives_of_rest() {
+    let table = ONE_STOP
+        .replace("a*cos(theta) - 2*zeta*v - x", "a*cos(3*theta)/2 - 1")
+        .replace("x + dl", "x");
+    let scene = parsed(&table, "table", &NONE);
+    let start = [0.8, 0.3, 0.5].map(Dd::from);
+    for time in [20.0, 300.0] {
+        let found = jets_along(&scene, &start, &[1, 4], (Some(Dd::from(time)), 0), 2);
+        let found = found.expect("derivatives");
+        assert_eq!(found.events.last().map(|event| event.rests), Some(true));
+        let most = found.state[..2].iter().map(Jet::max_abs).fold(0.0, f64::max);
+        assert!(most < 1e-25, "{time} {most:e}");
+    }
+}
+
 #[test]
 fn a_chatter_that_the_time_cuts_or_that_forgets_nothing_has_no_derivatives() {
     let start = [-0.49, -0.02, 2.9].map(Dd::from);

@@ -4,9 +4,9 @@
 //! so that it grazes the stop at `δ` on the curve `α = δ √((1 − ω²)² + (2ζω)²)`.
 
 use grazemap::model::Scene;
-use grazemap::orbit::{Margin, MarginOutcome, OrbitError, margin};
+use grazemap::orbit::{IntervalEnd, Margin, MarginOutcome, OrbitError, clear_interval, margin};
 
-use crate::support::scenes::{index, scene_with};
+use crate::support::scenes::{NONE, index, parsed, scene_with};
 
 /// `ζ, δ, α₀, ω₀` and the scales of `α` and `ω`.
 #[derive(Clone, Copy)]
@@ -164,4 +164,111 @@ fn what_has_no_margin_is_refused() {
         let error = refused(&numbers[..1], &[scale]);
         assert!(matches!(error, Some(OrbitError::MarginScale { .. })), "{error:?}");
     }
+}
+
+/// Oscillator `m x'' + c x' + k x = F cos(w t)` below a stop at `g`, in units of its own.
+fn forced(parameters: &str) -> Scene {
+    let text = format!(
+        r#"
+[model]
+name = "forced"
+states = ["x", "v"]
+parameters = {{ {parameters}, r = 0.5 }}
+[model.phase]
+name = "th"
+rate = "w"
+period = "2*pi"
+[model.flow]
+x = "v"
+v = "(F*cos(th) - c*v - k*x)/m"
+[[model.surface]]
+name = "stop"
+event = "g - x"
+impact = {{ v = "-r*v" }}
+[grazing]
+solve_for = "F"
+"#
+    );
+    parsed(&text, "forced", &NONE)
+}
+
+/// The amplitude is `F/|k − m w² + i c w|`: its grazes in `w` are roots of a quadratic in `w²`, and
+/// the nearest ones on both sides end the interval, in units of one and in micrometres and
+/// microseconds.
+#[test]
+fn intervals_without_contact_end_at_the_grazes_of_the_closed_form() {
+    let cases = [(0.7, 0.2), (0.3, 0.12), (1.2, 0.5), (0.95, 0.05), (0.8, 0.21), (0.5, 0.3)];
+    for (w, force) in cases {
+        for (time, length) in [(1.0, 1.0), (1e-6, 1e-6), (1e3, 1e-3), (1e-6, 1.0)] {
+            let (damper, mass) = (0.1 * time, time * time);
+            let values = [mass, damper, 1.0, force * length, w / time, length];
+            let named = ["m", "c", "k", "F", "w", "g"].iter().zip(values);
+            let named: Vec<String> = named.map(|(name, at)| format!("{name} = {at:e}")).collect();
+            let scene = forced(&named.join(", "));
+            let found = clear_interval(&scene, index(&scene, "w"), None).expect("followed");
+            let found = found.expect("an orbit");
+            // w⁴ − 2b w² + 1 − F² = 0
+            let (b, force): (f64, f64) = (1.0 - 0.5 * 0.1 * 0.1, force);
+            // No graze if the discriminant is negative.
+            let root = (b * b - 1.0 + force * force).sqrt();
+            let grazes = || [b - root, b + root].map(f64::sqrt).into_iter();
+            let known = [
+                grazes().filter(|at| *at < w).reduce(f64::max),
+                grazes().filter(|at| *at > w).reduce(f64::min),
+            ];
+            let amplitude = force / (1.0 - w * w).hypot(0.1 * w);
+            assert!((found.gap / length - (1.0 - amplitude)).abs() < 1e-9, "{w} {force} {time}");
+            for (end, known) in found.ends.iter().zip(known) {
+                let value = end.as_ref().map(|end| end.value() * time);
+                match (value, known) {
+                    (Some(value), Some(known)) => {
+                        assert!((value / known - 1.0).abs() < 1e-10, "{w} {force} {time} {value}");
+                    }
+                    ends => assert_eq!(ends, (None, None), "{w} {force} {time} {length}"),
+                }
+            }
+        }
+    }
+}
+
+/// A Duffing oscillator has two orbits at these values, of the amplitudes 0.1290 and 1.5072 by
+/// another simulator. The small one ends in a fold at A = 0.866 before it touches; the margin is
+/// told for it, with its sign.
+#[test]
+fn the_orbit_that_the_free_flow_settles_on_is_followed_to_its_fold() {
+    let text = r#"
+[model]
+name = "Duffing"
+states = ["x", "v"]
+parameters = { z = 0.03, A = 0.2, W = 1.6, al = 1.0, del = 1.0, r = 0.8 }
+[model.phase]
+name = "th"
+rate = "W"
+period = "2*pi"
+[model.flow]
+x = "v"
+v = "-2*z*v - x - al*x^3 + A*cos(th)"
+[[model.surface]]
+name = "wall"
+event = "del - x"
+impact = { v = "-r*v" }
+[grazing]
+solve_for = "A"
+"#;
+    let scene = parsed(text, "duffing", &NONE);
+    let interval = |name: &str| {
+        let found = clear_interval(&scene, index(&scene, name), None).expect("followed");
+        found.expect("an orbit")
+    };
+    let force = interval("A");
+    assert!((force.gap - (1.0 - 0.1290)).abs() < 1e-4, "{}", force.gap);
+    let Some(IntervalEnd::Fold { value }) = force.ends[1] else { panic!("{:?}", force.ends) };
+    assert!((value - 0.866).abs() < 1e-3, "{value}");
+    let Some(IntervalEnd::Graze { value, .. }) = interval("del").ends[0] else {
+        panic!("no graze")
+    };
+    assert!((value - 0.1290).abs() < 1e-4, "{value}");
+    let margin = margin(&scene, &[index(&scene, "del")], &[1.0]).expect("followed");
+    let MarginOutcome::Found(margin) = margin else { panic!("no graze") };
+    assert!(margin.clears && (margin.distance - (1.0 - 0.1290)).abs() < 1e-4, "{margin:?}");
 }

@@ -23,20 +23,23 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
         }
     };
     let map = Contacts::unless(direct, Contacts::Unused).map(source, outlets.quiet)?;
-    let map = match tables::diagram(options, &map)? {
-        Some(table) => {
+    let (map, remarks) = match tables::diagram(options, &map)? {
+        Some(tables::Asked { table, remarks }) => {
             let map = map.asking(&table)?;
             check_diagrams(map.scene(), outlets.quiet)?;
-            map
+            (map, remarks)
         }
-        None => map,
+        None => {
+            let remarks = map.diagram_offset_remarks();
+            (map, remarks)
+        }
     };
     if let Some(share) = options.sweep.sharding.share {
         return shard(share, ("diagram", &map, ""), outlets, |shard| map.share_diagrams(shard));
     }
     let resumable = resumable("diagram", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("diagram", outlets.quiet).resuming(0, resumable.journal());
-    note_all(&map.diagram_offset_remarks(), outlets.quiet);
+    note_all(&remarks, outlets.quiet);
     note_all(map.diagram_time_remark().as_slice(), outlets.quiet);
     let mut diagrams = map.drawn_diagrams(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
@@ -70,13 +73,16 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let contacts = if with_loci { Contacts::Searched } else { Contacts::Unused };
     let contacts = Contacts::unless(direct && matches!(device, Device::Processor), contacts);
     let map = contacts.map(source, outlets.quiet)?;
-    let map = match tables::chart(options, &map)? {
-        Some(table) => {
+    let (map, remarks) = match tables::chart(options, &map)? {
+        Some(tables::Asked { table, remarks }) => {
             let map = map.asking(&table)?;
             check_charts(map.scene(), outlets.quiet)?;
-            map
+            (map, remarks)
         }
-        None => map,
+        None => {
+            let remarks = map.chart_offset_remarks();
+            (map, remarks)
+        }
     };
     let map = map.on(&device)?;
     if let Some(share) = options.sweep.sharding.share {
@@ -84,7 +90,7 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     }
     let resumable = resumable("chart", outlets.folder(), &map, "", outlets.quiet)?;
     let bar = Bar::new("chart", outlets.quiet).resuming(0, resumable.journal());
-    note_all(&map.chart_offset_remarks(), outlets.quiet);
+    note_all(&remarks, outlets.quiet);
     note_all(map.chart_time_remark().as_slice(), outlets.quiet);
     let mut charts = map.drawn_charts(&Joining::new(&bar, common.pieces()))?;
     drop(bar);
@@ -99,9 +105,16 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     let contacts = basin_contacts(&options.keys, source.scene());
     let map = contacts.map(source, outlets.quiet)?;
     let keys = &options.keys;
-    let requests = match keys.name_any() || map.scene().basins.is_empty() {
-        true => vec![keys.request(&map).map_err(grazemap::Error::from)?],
-        false => map.basin_requests()?,
+    let (requests, remarks) = match keys.name_any() || map.scene().basins.is_empty() {
+        true => {
+            let request = keys.request(&map).map_err(grazemap::Error::from)?;
+            (vec![request], keys.offset_remarks(&map))
+        }
+        false => {
+            let requests = map.basin_requests()?;
+            let remarks = map.basin_offset_remarks(&requests);
+            (requests, remarks)
+        }
     };
     let found = requests.len();
     if found > 1 && (outlets.json.is_some() || outlets.csv.is_some()) {
@@ -116,7 +129,7 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
     }
     let resumable = resumable("basin", outlets.folder(), &map, &decisive, outlets.quiet)?;
     let bar = Bar::new("basin", outlets.quiet).resuming(0, resumable.journal());
-    note_all(&map.basin_offset_remarks(&requests), outlets.quiet);
+    note_all(&remarks, outlets.quiet);
     note_all(map.basin_time_remark(&requests).as_slice(), outlets.quiet);
     let joining = Joining::new(&bar, options.scene.common.pieces());
     let mut basins = map.drawn_basins(&requests, &joining)?;

@@ -4,7 +4,7 @@ use super::super::arguments::{ChartArguments, DiagramArguments, Iterates};
 use super::super::output::CliError;
 use grazemap::Map;
 use grazemap::model::Method;
-use grazemap::pipeline::{Origin, Position};
+use grazemap::pipeline::{Ends, Origin, Position};
 use grazemap::report::Named;
 
 /// A table of a scene as text.
@@ -83,11 +83,19 @@ pub(super) fn check_iterates(
     }
 }
 
+/// Table of a scene from options, and remarks on offsets in it that look like values.
+pub(super) struct Asked {
+    pub(super) table: String,
+    pub(super) remarks: Vec<String>,
+}
+
 /// The table of the diagram that options name; none where they name no parameter.
-pub(super) fn diagram(options: &DiagramArguments, map: &Map) -> Result<Option<String>, CliError> {
+pub(super) fn diagram(options: &DiagramArguments, map: &Map) -> Result<Option<Asked>, CliError> {
     let Some(along) = options.along.as_deref() else { return Ok(None) };
     let origin = Origin::new(map.settled().graze(), options.counting);
-    let ends = range(map, along, origin.range(along, [options.from, options.to]))?;
+    let given = [options.from, options.to];
+    let remarks = origin.range_remark("from, to", along, given).into_iter().collect();
+    let ends = range(map, along, origin.range(along, given))?;
     let mut table = Table::new("diagram");
     table.line("parameter", Some(quoted(along)));
     table.line("range", Some(format!("{ends:?}")));
@@ -95,16 +103,20 @@ pub(super) fn diagram(options: &DiagramArguments, map: &Map) -> Result<Option<St
     table.line("scale", options.scale.as_deref().map(quoted));
     table.line("direction", options.direction.as_deref().map(quoted));
     table.iterates(&options.iterates, &origin);
-    Ok(Some(table.0))
+    Ok(Some(Asked { table: table.0, remarks }))
 }
 
 /// The table of the chart that options name; none where they name no parameters.
-pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<String>, CliError> {
+pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<Asked>, CliError> {
     if options.plane.is_empty() {
         return Ok(None);
     }
     let origin = Origin::new(map.settled().graze(), options.counting);
     let named = origin.ranges(options.range.as_ref());
+    let given = options.range.iter().flat_map(|Named(ranges)| ranges);
+    let remarks = given
+        .filter_map(|(name, Ends(ends))| origin.range_remark("range", name, ends.map(Some)))
+        .collect();
     let other = named.0.iter().find(|(name, _)| !options.plane.contains(name));
     if let Some((name, _)) = other {
         return Err(CliError::RangeOfNoAxis { name: name.clone() });
@@ -125,7 +137,7 @@ pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<String
     table.line("cells", options.cells.as_deref().map(quoted));
     table.line("overlay", list(options.overlay.iter().map(|curve| quoted(curve))));
     table.iterates(&options.iterates, &origin);
-    Ok(Some(table.0))
+    Ok(Some(Asked { table: table.0, remarks }))
 }
 
 #[cfg(test)]

@@ -155,7 +155,12 @@ impl BranchKeys {
         Ok(Answer {
             remarks: map
                 .remarks()
-                .chain(stretch_remarks(map, &self.along, &self.offsets(map)))
+                .chain(stretch_remarks(
+                    &self.offsets(map).0,
+                    &self.along,
+                    [self.from, self.to],
+                    self.at.as_ref(),
+                ))
                 .chain(listing.remarks())
                 .collect(),
             ended: listing.branches.is_empty().then_some(Ended::NoBranch { itineraries }),
@@ -182,11 +187,14 @@ fn stretch<'m>(
 }
 
 /// Remarks on a range of a parameter and on further offsets that look like parameter values.
-fn stretch_remarks(map: &Map, name: &str, (_, ends, at): &Stretch<'_>) -> Vec<String> {
-    let graze = map.settled().graze();
-    let ends: Vec<f64> = ends.iter().copied().flatten().collect();
-    let range = graze.offset_remark("from, to", name, &ends);
-    range.into_iter().chain(graze.offset_remarks("at", at)).collect()
+fn stretch_remarks(
+    origin: &Origin<'_>,
+    along: &str,
+    ends: [Option<Position>; 2],
+    at: Option<&Named<Position>>,
+) -> Vec<String> {
+    let range = origin.range_remark("from, to", along, ends);
+    range.into_iter().chain(origin.remarks("at", at)).collect()
 }
 
 fn listing(map: &Map, request: &BranchRequest, found: &Branches) -> BranchListing {
@@ -333,7 +341,12 @@ impl LociKeys {
         Ok(Answer {
             remarks: map
                 .remarks()
-                .chain(stretch_remarks(map, &self.plane[0], &self.offsets(map)))
+                .chain(stretch_remarks(
+                    &self.offsets(map).0,
+                    &self.plane[0],
+                    [self.from, self.to],
+                    self.at.as_ref(),
+                ))
                 .chain(listing.remarks())
                 .collect(),
             ended: listing.loci.is_empty().then(none),

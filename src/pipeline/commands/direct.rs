@@ -146,7 +146,7 @@ impl TrajectoryKeys {
             returns: self.periods as usize,
             samples: self.samples as usize,
         };
-        let mut remarks = settled.graze().offset_remarks("at", &at);
+        let mut remarks = origin.remarks("at", self.at.as_ref());
         if let Some(digits) = &self.itinerary {
             let at = &request.parameters;
             let (start, returns) = periodic_start(digits, settled, at, progress, &mut remarks)?;

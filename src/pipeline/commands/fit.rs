@@ -91,7 +91,7 @@ impl FitKeys {
         let noise = noise.map(|noise| deviations(map, noise)).transpose()?;
         Ok(FitRequest {
             parameters: places,
-            at: parameters.at(&self.offsets(map))?,
+            at: parameters.at(&self.origin(map).offsets(self.at.as_ref()))?,
             series,
             noise,
             piece: self.piece as usize,
@@ -100,9 +100,8 @@ impl FitKeys {
         })
     }
 
-    /// Offsets of active parameters.
-    fn offsets(&self, map: &Map) -> Named<f64> {
-        Origin::new(map.settled().graze(), self.values).offsets(self.at.as_ref())
+    fn origin<'m>(&self, map: &'m Map) -> Origin<'m> {
+        Origin::new(map.settled().graze(), self.values)
     }
 
     /// Computes the fit and lays it out.
@@ -120,7 +119,7 @@ impl FitKeys {
         let fit = map.fit(&self.request(map, series)?, progress)?;
         let document = to_json(&Document::new(DocumentKind::Fit, map.scene(), &fit))?;
         let remarks = fit_remarks(&fit, self.method == Method::Map);
-        let offsets = map.settled().graze().offset_remarks("at", &self.offsets(map));
+        let offsets = self.origin(map).remarks("at", self.at.as_ref());
         Ok(Answer {
             remarks: map.remarks().chain(offsets).chain(remarks).collect(),
             ..Answer::new("fit", fit_text(map.local(), &fit), document, fit_table(&fit))

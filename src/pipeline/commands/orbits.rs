@@ -235,9 +235,8 @@ impl OrbitsKeys {
             text.push_str(&format!("\nsearched: {searched}\n"));
         }
         let document = to_json(&Document::new(DocumentKind::Orbits, map.scene(), &listing))?;
-        let graze = map.settled().graze();
-        let named = self.named(map);
-        let offsets = named.iter().flat_map(|at| graze.offset_remarks("at", at));
+        let origin = self.origin(map);
+        let offsets = self.at.iter().flat_map(|at| origin.remarks("at", at));
         let mut answer = Answer {
             remarks: map.remarks().chain(offsets).chain(listing.remarks()).collect(),
             ended: None,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::free_flow::Corners;
 use super::outcome::{NotLocated, OrbitError};
-use super::piecewise::{FlightPart, FlowEvent, JetsThrough, MOST_STEPS, PiecewiseFlow, gap_along};
+use super::piecewise::{FlightPart, FlowEvent, JetsThrough, PiecewiseFlow, gap_along};
 use super::section::Geometry;
 use crate::flow::{
     Field, FlowError, InputKind, Program, bound_but, evaluate, local_series, products_of_jet_step,
@@ -606,7 +606,8 @@ impl Names<'_> {
             }
             None
         };
-        let mut steps_left = MOST_STEPS;
+        let most = flow.most_steps();
+        let mut steps_left = most;
         let flown = flow.each(start, parameters, duration, &mut steps_left, look);
         let refused = flown.map_err(|error| match error {
             OrbitError::ManyHits { surface, limit } => {
@@ -624,7 +625,7 @@ impl Names<'_> {
         if let Some(refused) = refused {
             return Err(refused);
         }
-        limit.check(MOST_STEPS - steps_left)?;
+        limit.check(most - steps_left)?;
         if let Some((first, second, time)) = both {
             return Err(self.held_twice(first, second, time));
         }
@@ -651,7 +652,7 @@ impl Names<'_> {
             pair[0].surface != pair[1].surface && pair[1].time - pair[0].time <= apart
         });
         match together {
-            None => Ok(Way { events, grazes, steps: MOST_STEPS - steps_left }),
+            None => Ok(Way { events, grazes, steps: most - steps_left }),
             Some(pair) => Err(DerivativesError::Together {
                 first: self.surface(pair[0].surface),
                 second: self.surface(pair[1].surface),

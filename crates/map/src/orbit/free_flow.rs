@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::outcome::{NamedValues, NotLocated, OrbitError};
-use super::piecewise::{FlightPart, MOST_STEPS, PiecewiseFlow, gap_along};
+use super::piecewise::{FlightPart, PiecewiseFlow, gap_along};
 use crate::flow::{Integrator, Step, bound_but, horner};
 use crate::model::{CornerOperation, Model, NodeId, Response, Scene, Surface};
 use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, extrema};
@@ -130,7 +130,7 @@ pub(super) fn gaps(
         }
         None
     };
-    flow.each(start, parameters, duration, &mut { MOST_STEPS }, look)?;
+    flow.each(start, parameters, duration, &mut flow.most_steps(), look)?;
     found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(found)
 }
@@ -148,7 +148,7 @@ pub(super) fn each_step<T>(
         FlightPart::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
         FlightPart::Event(_) | FlightPart::Again => None,
     };
-    flow.each(start, parameters, duration, &mut { MOST_STEPS }, steps)
+    flow.each(start, parameters, duration, &mut flow.most_steps(), steps)
 }
 
 /// An argument within this distance of its corner, relative to its variation, is on the corner.

@@ -205,8 +205,10 @@ pub(super) struct Flown<S> {
     pub(super) events: Vec<FlowEvent<S>>,
 }
 
-/// Most steps of one flight.
-pub(super) const MOST_STEPS: usize = 1_000_000;
+/// Most steps of one flight, and most products of series, which are reached earlier where a step
+/// has more than twenty.
+const MOST_STEPS: usize = 1_000_000;
+const MOST_PRODUCTS: usize = 20 * MOST_STEPS;
 /// Most events of one flight.
 const MOST_EVENTS: usize = 256;
 /// Longest stay beyond a surface that counts as a graze where the surface is also hit, as a share
@@ -333,6 +335,12 @@ impl PiecewiseFlow {
         self.modes.iter().map(|mode| &mode.field)
     }
 
+    /// Most steps of one flight.
+    pub(super) fn most_steps(&self) -> usize {
+        let products = self.fields().map(|field| field.time_program().products());
+        (MOST_PRODUCTS / products.max().unwrap_or(0).max(1)).min(MOST_STEPS)
+    }
+
     /// Number of functions watched for the caller.
     pub(super) fn watched(&self) -> usize {
         self.watched
@@ -357,7 +365,7 @@ impl PiecewiseFlow {
         if !self.hits() || duration < S::zero() {
             return Ok(Integrator::new(self.field()).flow(state, parameters, duration)?);
         }
-        Ok(self.fly(state, parameters, duration, &mut { MOST_STEPS })?.state)
+        Ok(self.fly(state, parameters, duration, &mut self.most_steps())?.state)
     }
 
     /// State after a duration of at least 0, and the events on the way.
@@ -371,7 +379,8 @@ impl PiecewiseFlow {
         parameters: &[S],
         duration: S,
     ) -> Result<(Vec<S>, Vec<FlowEvent<S>>), OrbitError> {
-        let Flown { state, events } = self.fly(state, parameters, duration, &mut { MOST_STEPS })?;
+        let Flown { state, events } =
+            self.fly(state, parameters, duration, &mut self.most_steps())?;
         Ok((state, events))
     }
 
@@ -386,7 +395,7 @@ impl PiecewiseFlow {
         parameters: &[S],
         duration: S,
     ) -> Result<Vec<FlowEvent<S>>, OrbitError> {
-        Ok(self.fly(state, parameters, duration, &mut { MOST_STEPS })?.events)
+        Ok(self.fly(state, parameters, duration, &mut self.most_steps())?.events)
     }
 
     /// State after a duration, in a limited number of steps, which is lowered by the steps taken.

@@ -459,7 +459,7 @@ impl Search<'_> {
     fn follow(&self, first: &Periodic, looked: &mut Looked) -> Result<Vec<Graze>, OrbitError> {
         let system = self.system.clone().limited(&Effort::new(self.system.flow.field()));
         let search = Search { system: &system, watching: self.watching.clone(), ..*self };
-        let curve = Curve::through(&search, first);
+        let curve = Curve::through(&search, first, scale(first.value));
         let mut grazes = Vec::new();
         for side in [1.0, -1.0] {
             match curve.side(first, side, &mut grazes, looked) {
@@ -479,12 +479,12 @@ fn scale(value: f64) -> f64 {
 }
 
 impl<'a> Curve<'a> {
-    /// The curve through an orbit.
-    fn through(search: &'a Search<'a>, first: &Periodic) -> Self {
+    /// The curve through an orbit, with a unit of the parameter.
+    fn through(search: &'a Search<'a>, first: &Periodic, unit: f64) -> Self {
         let (system, unknowns) = (search.system, search.unknowns(&first.start, first.value));
         let residual_units = system.state_units(&unknowns);
         let mut units = residual_units.clone();
-        units.push(scale(first.value));
+        units.push(unit);
         Self {
             family: PeriodicFamily::new(system, first.start[system.states]),
             search,
@@ -716,7 +716,10 @@ pub fn clear_interval(
     for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
         let system = limited();
         let search = Search::new(&scene, &system, parameter);
-        *end = match Curve::through(&search, &first).first_end(&first, side) {
+        let found = search
+            .unit(&first)
+            .and_then(|unit| Curve::through(&search, &first, unit).first_end(&first, side));
+        *end = match found {
             Err(OrbitError::SearchTooLong) => None,
             found => found?,
         };
@@ -726,6 +729,8 @@ pub fn clear_interval(
 
 /// Largest change of the lowest `h` in one step, relative to the range of `h`.
 const CHANGE: f64 = 0.05;
+/// Longest period along an interval, in that at its value: a frequency falls no lower.
+const SLOWEST: f64 = 20.0;
 /// Largest number of steps towards an end of an interval, and of halvings at a fold.
 const MOST_STEPS_TO_END: usize = 2000;
 const FOLD_HALVINGS: usize = 40;
@@ -758,6 +763,26 @@ impl Search<'_> {
         let (orbit, change) = settled();
         let orbit = orbit.or_else(near);
         orbit.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, change)))
+    }
+
+    /// Unit of the parameter at an orbit: its size, or if that is larger, the change that moves the
+    /// states or the gap by as much as they are.
+    fn unit(&self, orbit: &Periodic) -> Result<f64, OrbitError> {
+        let size = orbit.value.abs();
+        let trial = if size > 0.0 { size } else { 1.0 };
+        let start = Curve::through(self, orbit, trial).start(orbit, 1.0)?;
+        let by_states = start.map_or(f64::INFINITY, |point| {
+            let (parameter, states) = point.tangent.split_last().unwrap_or((&0.0, &[]));
+            trial * parameter.abs() / dot(states, states).sqrt()
+        });
+        let local = self.system.geometry(0).at(&orbit.lowest.state, &self.parameters(orbit.value));
+        let slope = local.event_gradient()[self.system.dimension + self.parameter].abs();
+        let by_gap = (orbit.largest - orbit.lowest.event) / slope;
+        let natural = by_states.min(by_gap);
+        Ok(match natural.is_finite() {
+            true => size.max(natural),
+            false => scale(size),
+        })
     }
 
     fn extent(&self, state: &[f64], value: f64) -> f64 {
@@ -798,13 +823,22 @@ impl Curve<'_> {
             if next.tangent[states] * here.tangent[states] < 0.0 {
                 return Ok(Some(IntervalEnd::Fold { value: self.fold(&here, &next)? }));
             }
-            if (next.orbit.value - first.value).abs() > FAR * scale(first.value) {
+            let period = self.period(&next.orbit);
+            let unit = self.units[states];
+            if (next.orbit.value - first.value).abs() > FAR * unit
+                || !(0.0..SLOWEST * self.period(first)).contains(&period)
+            {
                 return Ok(None);
             }
             before = Some(std::mem::replace(&mut here, next));
             step = (step * GROWTH).min(LARGEST_STEP);
         }
         Ok(None)
+    }
+
+    fn period(&self, orbit: &Periodic) -> f64 {
+        let Search { system, .. } = self.search;
+        system.period(&self.search.unknowns(&orbit.start, orbit.value))
     }
 
     /// Orbit between three others at which the lowest `h` has another sign, where a parabola
