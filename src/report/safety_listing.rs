@@ -141,6 +141,14 @@ impl SafeInterval {
         if self.value == 0.0 { 1.0 } else { self.value.abs() }
     }
 
+    /// Ends with their labels, the lower one first; `None` where none was found.
+    fn ends(&self) -> [Option<(f64, BranchLabel)>; 2] {
+        [(self.below, self.fold_below), (self.above, self.fold_above)].map(|(graze, fold)| {
+            let graze = graze.map(|value| (value, BranchLabel::Graze));
+            graze.or(fold.map(|value| (value, BranchLabel::SaddleNode)))
+        })
+    }
+
     /// Change from the scene's value to another one, in percent of the unit.
     fn percent(&self, value: f64) -> f64 {
         100.0 * (value - self.value) / self.unit()
@@ -296,12 +304,12 @@ impl SafetyListing {
         let mut figure = Figure::new(axis, Axis::of_rows(rows));
         figure.size.1 = height.clamp(160, 4000);
         figure.guides.push(Guide::Vertical { at: 0.0, label: "scene".to_owned() });
-        let (mut clear, mut grazes, mut allowed) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut clear, mut labels, mut allowed) = (Vec::new(), Vec::new(), Vec::new());
         for (row, interval) in self.intervals.iter().enumerate() {
             let at = |value: f64| [interval.percent(value), -(row as f64)];
-            let ends = [interval.below, interval.above].map(|end| end.map(at));
-            grazes.extend(ends.iter().flatten().copied());
-            let [below, above] = ends;
+            let ends = interval.ends();
+            labels.extend(ends.into_iter().flatten().map(|(value, label)| (at(value), label)));
+            let [below, above] = ends.map(|end| end.map(|(value, _)| at(value)));
             let open = |end: f64| [end, -(row as f64)];
             clear.push(below.unwrap_or(open(low)));
             clear.push(above.unwrap_or(open(high)));
@@ -336,8 +344,8 @@ impl SafetyListing {
         }
         let name = format!("attractor, along {}", symbol(&self.along));
         figure.series.push(Series::line(name, Stroke::Solid, exists));
-        let ring = |at| Annotation::ring(at, BranchLabel::Graze.letters());
-        figure.annotations.extend(grazes.into_iter().map(ring));
+        let ring = |(at, label): ([f64; 2], BranchLabel)| Annotation::ring(at, label.letters());
+        figure.annotations.extend(labels.into_iter().map(ring));
         figure
     }
 
@@ -345,14 +353,13 @@ impl SafetyListing {
     fn change_axis(&self) -> Axis {
         let tolerances = self.tolerance.iter().flat_map(|tolerance| &tolerance.tolerances.0);
         let tolerances = tolerances.flat_map(|(_, share)| [-100.0 * share, 100.0 * share]);
-        let grazes = self.intervals.iter().flat_map(|interval| {
-            let ends = interval.below.into_iter().chain(interval.above);
-            ends.map(move |value| interval.percent(value))
+        let own = self.intervals.iter().flat_map(|interval| {
+            interval.ends().into_iter().flatten().map(|(value, _)| interval.percent(value))
         });
         let along = self.intervals.iter().find(|interval| interval.parameter == self.along);
         let ends = self.attractors.iter().flat_map(|attractor| [attractor.from, attractor.to]);
         let ends = ends.flatten().filter_map(|end| Some(along?.percent(end.value)));
-        let changes: Vec<f64> = tolerances.chain(grazes).chain(ends).collect();
+        let changes: Vec<f64> = tolerances.chain(own).chain(ends).collect();
         let sizes = || changes.iter().map(|change| change.abs()).filter(|size| *size > 0.0);
         let least = sizes().fold(f64::INFINITY, f64::min);
         let spread = sizes().fold(0.0, f64::max) > SPREAD * least;

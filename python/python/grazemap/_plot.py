@@ -1003,8 +1003,12 @@ def _safe_bars(table: Safety, values: Mapping[str, float], style: Style) -> list
     bars = []
     for row, interval in enumerate(table.document["intervals"]):
         name = interval["parameter"]
-        below, above = (_percent(values, name, interval[side]) for side in ("below", "above"))
-        bars.append(Bar(-row, (below, above), ("GR", "GR"), look, words))
+        ends, labels = [], []
+        for side in ("below", "above"):
+            folds = interval[side] is None and interval[f"fold_{side}"] is not None
+            ends.append(_percent(values, name, interval[f"fold_{side}" if folds else side]))
+            labels.append("SN" if folds else "GR")
+        bars.append(Bar(-row, (ends[0], ends[1]), (labels[0], labels[1]), look, words))
     tolerance = table.document["tolerance"] or {"tolerances": {}}
     look = {"color": SERIES[1], "linewidth": 1.5}
     for name, share in tolerance["tolerances"].items():

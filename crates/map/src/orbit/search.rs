@@ -683,7 +683,8 @@ impl IntervalEnd {
 /// Interval of a parameter about a scene's value in which the orbit that the free flow settles on
 /// does not touch the grazed surface, by following that orbit to both sides.
 ///
-/// The motion begins at `start`, a full state, or at the scene's guess or at rest.
+/// The motion begins at `start`, a full state, or at the scene's guess or at rest. A parameter
+/// keeps its sign, and a frequency does not fall below a twentieth.
 ///
 /// # Errors
 ///
@@ -825,7 +826,8 @@ impl Curve<'_> {
             }
             let period = self.period(&next.orbit);
             let unit = self.units[states];
-            if (next.orbit.value - first.value).abs() > FAR * unit
+            if next.orbit.value * first.value < 0.0
+                || (next.orbit.value - first.value).abs() > FAR * unit
                 || !(0.0..SLOWEST * self.period(first)).contains(&period)
             {
                 return Ok(None);
