@@ -24,7 +24,7 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
     };
     let map = Contacts::unless(direct, Contacts::Unused).map(source, outlets.quiet)?;
     let (map, remarks) = match tables::diagram(options, &map)? {
-        Some(tables::Asked { table, remarks }) => {
+        Some(tables::AskedTable { table, remarks }) => {
             let map = map.asking(&table)?;
             check_diagrams(map.scene(), outlets.quiet)?;
             (map, remarks)
@@ -74,7 +74,7 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let contacts = Contacts::unless(direct && matches!(device, Device::Processor), contacts);
     let map = contacts.map(source, outlets.quiet)?;
     let (map, remarks) = match tables::chart(options, &map)? {
-        Some(tables::Asked { table, remarks }) => {
+        Some(tables::AskedTable { table, remarks }) => {
             let map = map.asking(&table)?;
             check_charts(map.scene(), outlets.quiet)?;
             (map, remarks)

@@ -84,13 +84,16 @@ pub(super) fn check_iterates(
 }
 
 /// Table of a scene from options, and remarks on offsets in it that look like values.
-pub(super) struct Asked {
+pub(super) struct AskedTable {
     pub(super) table: String,
     pub(super) remarks: Vec<String>,
 }
 
 /// The table of the diagram that options name; none where they name no parameter.
-pub(super) fn diagram(options: &DiagramArguments, map: &Map) -> Result<Option<Asked>, CliError> {
+pub(super) fn diagram(
+    options: &DiagramArguments,
+    map: &Map,
+) -> Result<Option<AskedTable>, CliError> {
     let Some(along) = options.along.as_deref() else { return Ok(None) };
     let origin = Origin::new(map.settled().graze(), options.counting);
     let given = [options.from, options.to];
@@ -103,11 +106,11 @@ pub(super) fn diagram(options: &DiagramArguments, map: &Map) -> Result<Option<As
     table.line("scale", options.scale.as_deref().map(quoted));
     table.line("direction", options.direction.as_deref().map(quoted));
     table.iterates(&options.iterates, &origin);
-    Ok(Some(Asked { table: table.0, remarks }))
+    Ok(Some(AskedTable { table: table.0, remarks }))
 }
 
 /// The table of the chart that options name; none where they name no parameters.
-pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<Asked>, CliError> {
+pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<AskedTable>, CliError> {
     if options.plane.is_empty() {
         return Ok(None);
     }
@@ -137,7 +140,7 @@ pub(super) fn chart(options: &ChartArguments, map: &Map) -> Result<Option<Asked>
     table.line("cells", options.cells.as_deref().map(quoted));
     table.line("overlay", list(options.overlay.iter().map(|curve| quoted(curve))));
     table.iterates(&options.iterates, &origin);
-    Ok(Some(Asked { table: table.0, remarks }))
+    Ok(Some(AskedTable { table: table.0, remarks }))
 }
 
 #[cfg(test)]

@@ -8,10 +8,13 @@ use serde::{Deserialize, Serialize};
 use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::diagram::Sweep;
 use crate::analysis::{
-    MotionEvents, PartProgress, Progress, SubProgress, TimeSeriesRequest, escape_bounds,
+    MotionEvents, PartProgress, Progress, SectionFrame, SubProgress, TimeSeriesRequest,
+    escape_bounds,
 };
 use crate::iteration::OrbitEnd;
-use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
+use crate::model::{
+    DiagramRequest, Method, Observable, Response, Scene, Spacing, Starts, SweepDirection,
+};
 use crate::numeric::Dd;
 use crate::orbit::{IntervalEnd, Location, MarginOutcome, clear_interval, locate, watched_margin};
 use crate::pipeline::keys::{KeyError, finite};
@@ -405,25 +408,40 @@ fn attractors(
         with: vec![Method::Direct],
     };
     let mut all = FoundAttractors { starts: count, ..FoundAttractors::default() };
+    let share = 1.0 / count as f64;
+    let at = following(&map, along, offset).at;
+    let state_of = |start: &[(&str, f64)]| {
+        let mut state = vec![0.0; components.len()];
+        state.iter_mut().zip(start).for_each(|(own, (_, offset))| *own = *offset);
+        state
+    };
+    let mut frame = SectionFrame::<f64>::new(scene, map.orbit());
+    let mut is_possible = |start: &[(&str, f64)]| -> Result<bool, Error> {
+        frame.place(&state_of(start), &at)?;
+        Ok(!is_beyond_another(scene, frame.surface(), frame.state(), frame.parameters()))
+    };
     simulated.expect(count as u64);
     let blocks = (0..count).step_by(BLOCK).map(|first| first..count.min(first + BLOCK));
     for (number, block) in blocks.enumerate() {
-        let starts: Vec<_> = block.map(start).collect();
+        let mut starts: Vec<_> = Vec::with_capacity(block.len());
+        for start in block.map(start) {
+            match is_possible(&start)? {
+                true => starts.push(start),
+                false => all.no_image += share,
+            }
+        }
         request.starts = Starts::Given(starts.iter().map(full).collect());
         let own = PartProgress::new(&simulated, starts.len() as u64);
         let diagram = map.diagram_with(&request, &SubProgress::new(&own, number))?;
-        let share = 1.0 / count as f64;
         for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
             all.enter(sweep, start, share);
         }
     }
     drop(simulated);
     let state_of = |attractor: &OtherAttractor| {
-        let mut state = vec![0.0; components.len()];
-        state.iter_mut().zip(&attractor.start.0).for_each(|(own, (_, offset))| *own = *offset);
-        state
+        let named = attractor.start.0.iter();
+        state_of(&named.map(|(name, offset)| (name.as_str(), *offset)).collect::<Vec<_>>())
     };
-    let at = following(&map, along, offset).at;
     let found = &mut all.attractors;
     join_motions(scene, &map, found, &|attractor| TimeSeriesRequest {
         start: state_of(attractor),
@@ -444,6 +462,16 @@ fn attractors(
         }
     }
     Ok(all)
+}
+
+/// Whether a state is beyond a rigid stop other than `own`, where no motion is.
+fn is_beyond_another(scene: &Scene, own: usize, state: &[f64], parameters: &[f64]) -> bool {
+    let mut values = Vec::new();
+    scene.model.graph.evaluate(&[state, parameters].concat(), &mut values);
+    scene.model.surfaces.iter().enumerate().any(|(number, surface)| {
+        let is_rigid = matches!(surface.response, Response::Impact { .. });
+        number != own && is_rigid && values[surface.event.index()] < 0.0
+    })
 }
 
 impl FoundAttractors {

@@ -5,8 +5,8 @@
 //!
 //! Tolerances and condition numbers presuppose numbers of order one. [`Scaled`] equations measure
 //! states, their closure and the event functions in a length of the orbit, states that are far
-//! smaller in one of their own, and each adjusted parameter in its own size. A unit is a coarse power of two: numbers near one keep their unit,
-//! and all others are scaled without rounding.
+//! smaller in one of their own, and each adjusted parameter in its own size. A unit is a coarse
+//! power of two: numbers near one keep their unit, and all others are scaled without rounding.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -380,8 +380,8 @@ fn function_words(function: &str) -> String {
 /// Description of the state of the free flow after the last period.
 fn unsettled(periods: usize, change: f64) -> String {
     if change == 0.0 {
-        "the free flow stays at rest there, and its gap has no minimum; a `guess` near another orbit \
-         starts from that"
+        "the free flow stays at rest there, and its gap has no minimum; a `guess` starts near \
+         another orbit"
             .to_owned()
     } else if change.is_finite() {
         format!("after {periods} periods a period still moves the state by {change:.3e}")

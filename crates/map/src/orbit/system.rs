@@ -31,7 +31,8 @@ pub(super) enum Matching {
     AtMiddle,
 }
 
-/// Size of an orbit at rest, relative to the way of the surface: rounding.
+/// Size of an orbit at rest, relative to the way of the surface, and of a state at rest, relative
+/// to the others: rounding.
 const AT_REST: f64 = 1e-12;
 /// Size of a state, relative to the length of an orbit, below which it has a unit of its own.
 const FAR_SMALLER: f64 = 1e-3;
@@ -262,7 +263,7 @@ impl ExtendedSystem {
         let unit = |at: usize| {
             let change = (ahead[at] - here[at]) / AHEAD * time;
             let size = state[at].abs().max((here[at] * time).abs()).max(change.abs());
-            match size > 0.0 && size < FAR_SMALLER * length {
+            match (AT_REST * length..FAR_SMALLER * length).contains(&size) {
                 true => unit_of(size),
                 false => length,
             }
