@@ -4,6 +4,7 @@
 //! so that it grazes the stop at `δ` on the curve `α = δ √((1 − ω²)² + (2ζω)²)`.
 
 use grazemap::model::Scene;
+use grazemap::numeric::Dd;
 use grazemap::orbit::{IntervalEnd, Margin, MarginOutcome, OrbitError, clear_interval, margin};
 
 use crate::support::scenes::{NONE, index, parsed, scene_with};
@@ -227,6 +228,28 @@ fn intervals_without_contact_end_at_the_grazes_of_the_closed_form() {
                     ends => assert_eq!(ends, (None, None), "{w} {force} {time} {length}"),
                 }
             }
+        }
+    }
+}
+
+/// The electrostatic oscillator touches between two grazes 1.6e-4 apart; each side ends at its own.
+#[test]
+fn a_narrow_interval_of_contact_is_not_stepped_over() {
+    let scene = scene_with("mems_codim2", &NONE);
+    let omega = index(&scene, "omega");
+    for (value, known) in [
+        (0.4878, [Some(0.487_274_977_214_285), None]),
+        (0.4873, [Some(0.487_274_977_214_285), None]),
+        (0.4872, [Some(0.487_115_457_135_83), Some(0.487_274_977_214_285)]),
+    ] {
+        let mut scene = scene.clone();
+        scene.model.parameters[omega].value = Dd::from(value);
+        let found = clear_interval(&scene, omega, None).expect("followed").expect("an orbit");
+        assert_eq!(found.gap > 0.0, known[1].is_none(), "{value}");
+        for (end, known) in found.ends.iter().zip(known) {
+            let end = end.as_ref().map(IntervalEnd::value);
+            let apart = end.zip(known).map(|(end, known)| (end - known).abs());
+            assert!(known.is_none() || apart.is_some_and(|apart| apart < 1e-12), "{value} {end:?}");
         }
     }
 }

@@ -2,8 +2,8 @@
 //! orbit is followed to both sides, to its first graze or fold.
 
 use super::{
-    Curve, FAR, FamilyPoint, GROWTH, LARGEST_STEP, NEAR_SETTLED, Periodic, SMALLEST_STEP, STEP,
-    Search, distance, dot, moved, scale,
+    Curve, FAR, FamilyPoint, GROWTH, Graze, HALVINGS, LARGEST_STEP, NEAR_SETTLED, Periodic,
+    SMALLEST_STEP, STEP, Search, distance, dot, moved, scale,
 };
 use crate::model::Scene;
 use crate::orbit::effort::Effort;
@@ -49,11 +49,12 @@ impl IntervalEnd {
     }
 }
 
-/// Interval of a parameter about a scene's value in which the orbit that the free flow settles on
-/// does not touch the grazed surface, by following that orbit to both sides.
+/// Interval of a parameter about a scene's value in which an orbit of the free flow does not touch
+/// the grazed surface, by following that orbit to both sides.
 ///
-/// The motion begins at `start`, a full state, or at the scene's guess or at rest. A parameter
-/// keeps its sign, and a frequency does not fall below a twentieth.
+/// The orbit is that near `start`, a full state, or near the scene's guess, or without either the
+/// one that the flow settles on from rest. A parameter keeps its sign, and a frequency does not
+/// fall below a twentieth.
 ///
 /// # Errors
 ///
@@ -75,9 +76,10 @@ pub fn clear_interval(
     let limited = || system.clone().limited(&Effort::new(system.flow.field()));
     let settling = limited();
     let rest = || vec![0.0; scene.model.dimension()];
-    let from = start.map(<[f64]>::to_vec).or_else(|| scene.grazing.guess.clone());
-    let (from, value) = (from.unwrap_or_else(rest), base[parameter].to_f64());
-    let first = Search::new(&scene, &settling, parameter).nominal(&from, value, start.is_some());
+    let near = start.map(<[f64]>::to_vec).or_else(|| scene.grazing.guess.clone());
+    let (is_near, value) = (near.is_some(), base[parameter].to_f64());
+    let search = Search::new(&scene, &settling, parameter);
+    let first = search.nominal(&near.unwrap_or_else(rest), value, is_near);
     let first = match settled(first)? {
         Ok(first) => first,
         Err(reason) => return Ok(Err(reason)),
@@ -97,6 +99,8 @@ pub fn clear_interval(
     Ok(Ok(ClearInterval { start: first.start, gap: first.lowest.event, ends }))
 }
 
+/// First step, in units of the curve: an orbit may graze just beside the scene's.
+const FIRST_STEP: f64 = 0.01 * STEP;
 /// Largest change of the lowest `h` in one step, relative to the range of `h`.
 const CHANGE: f64 = 0.05;
 /// Longest period along an interval, in that at its value: a frequency falls no lower.
@@ -115,10 +119,10 @@ impl Search<'_> {
         is_near: bool,
     ) -> Result<Periodic, Stop<NotLocated>> {
         let near = || self.periodic(value, start);
-        let first = match (is_near, self.system.flow.hits(), &self.scene.grazing.guess) {
-            (true, ..) => near(),
-            (false, true, None) => self.commonest(start, value),
-            (false, ..) => None,
+        let first = match is_near {
+            true => near(),
+            false if self.system.flow.hits() => self.commonest(start, value),
+            false => None,
         };
         if let Some(orbit) = first {
             return Ok(orbit);
@@ -157,7 +161,7 @@ impl Curve<'_> {
     fn first_end(&self, first: &Periodic, side: f64) -> Result<Option<IntervalEnd>, OrbitError> {
         let states = self.search.system.states;
         let Some(mut here) = self.start(first, side)? else { return Ok(None) };
-        let (mut before, mut step): (Option<FamilyPoint>, f64) = (None, STEP);
+        let (mut before, mut step): (Option<FamilyPoint>, f64) = (None, FIRST_STEP);
         for _ in 0..MOST_STEPS_TO_END {
             let next = self.stepped(&here, step)?;
             let range = here.orbit.largest - here.orbit.lowest.event;
@@ -176,7 +180,7 @@ impl Curve<'_> {
             let [crossed, rest] = [dip.flatten(), Some(next.clone())];
             for to in crossed.into_iter().chain(rest) {
                 if here.orbit.lowest.event * to.orbit.lowest.event < 0.0
-                    && let Some(graze) = self.graze_between(&here, &to)?
+                    && let Some(graze) = self.graze_inside(&here, &to)?
                 {
                     let state = graze.unknowns[..self.search.system.dimension].to_vec();
                     return Ok(Some(IntervalEnd::Graze { value: graze.value, state }));
@@ -197,6 +201,32 @@ impl Curve<'_> {
             step = (step * GROWTH).min(LARGEST_STEP);
         }
         Ok(None)
+    }
+
+    /// Graze between two points at which the lowest `h` has opposite signs, at a value between
+    /// theirs: Newton's method may come to a further one.
+    fn graze_inside(
+        &self,
+        here: &FamilyPoint,
+        to: &FamilyPoint,
+    ) -> Result<Option<Graze>, OrbitError> {
+        let (mut ends, mut found) = ([here.clone(), to.clone()], None);
+        for _ in 0..HALVINGS {
+            let [from, to] = [0, 1].map(|end| ends[end].orbit.value);
+            let Some(graze) = self.graze_between(&ends[0], &ends[1])? else { break };
+            let is_inside = (graze.value - from) * (graze.value - to) <= 0.0;
+            found = Some(graze);
+            if is_inside {
+                break;
+            }
+            let chord = moved(&ends[1].unknowns, &ends[0].unknowns, -1.0);
+            let middle = moved(&ends[0].unknowns, &chord, 0.5);
+            let Some(middle) = self.corrected(&middle, &middle, &chord)? else { break };
+            let Some(middle) = self.point(middle, &ends[0].tangent)? else { break };
+            let same = middle.orbit.lowest.event * ends[0].orbit.lowest.event > 0.0;
+            ends[usize::from(!same)] = middle;
+        }
+        Ok(found)
     }
 
     fn period(&self, orbit: &Periodic) -> f64 {
