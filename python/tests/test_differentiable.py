@@ -109,6 +109,13 @@ def test_a_trajectory_that_grazes_has_no_derivative(scene: gm.Scene) -> None:
     row = np.array([*section["point"], section["phase"], graze.parameters["alpha"]])
     with pytest.raises(gm.NoResultError, match="the trajectory grazes `stop` at t = "):
         DirectReturn(before, "alpha", 1, None).jets(row, 1)
+    start = dict(zip(["x", "v", "theta"], row[:3], strict=True))
+    found = scene.replace(alpha=graze.parameters["alpha"]).derivatives(start, at=3.0, sides=True)
+    assert found.graze is not None
+    assert found.graze["surface"] == "stop"
+    assert abs(found.graze["gap"]) < 1e-12
+    assert found.graze["root"]["v"]["value"] != 0
+    assert scene.replace(alpha=1.0).derivatives(start, at=1.0, sides=True).graze is None
 
 
 @pytest.mark.parametrize("library", ["jax", "torch"])
