@@ -476,6 +476,9 @@ pub struct MarginEnd {
     pub reached: bool,
 }
 
+/// Size of a state, relative to the largest, that is rounding.
+const ROUNDING: f64 = 1e-28;
+
 impl MarginListing {
     /// Listing of a scene's margin.
     pub fn new(scene: &Scene, margin: &Margin) -> Self {
@@ -547,7 +550,11 @@ impl MarginListing {
             "other attractors are not looked for: one that hits the stop may exist beside this \
              orbit; `basin`, and `branch` by direct simulation, find those\n",
         );
-        text.push_str(&format!("graze at {}\n", pairs(&self.state, 9)));
+        // The velocity at a graze is 0 to the rounding of double-double.
+        let largest = self.state.0.iter().fold(0.0_f64, |most, (_, value)| most.max(value.abs()));
+        let shown = |value: f64| if value.abs() <= ROUNDING * largest { 0.0 } else { value };
+        let state = self.state.0.iter().map(|(name, value)| (name.clone(), shown(*value)));
+        text.push_str(&format!("graze at {}\n", pairs(&Named(state.collect()), 9)));
         text.push_str(&format!("margin per change of a parameter: {}\n", {
             pairs(&self.sensitivities, 5)
         }));

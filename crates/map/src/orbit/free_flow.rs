@@ -9,9 +9,7 @@ use super::outcome::{NamedValues, NotLocated, OrbitError};
 use super::piecewise::{FlightPart, PiecewiseFlow, gap_along};
 use crate::flow::{Integrator, Step, bound_but, horner};
 use crate::model::{CornerOperation, Model, NodeId, Response, Scene, Surface};
-use crate::numeric::polynomial::{
-    CrossingDirection, ExtremumKind, crossings, evaluate as evaluate_at, extrema,
-};
+use crate::numeric::polynomial::{CrossingDirection, ExtremumKind, crossings, extrema};
 
 /// A minimum of an event function.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,17 +127,6 @@ pub(super) fn gaps(
                     event: turn.value,
                 });
             }
-            let end = elapsed + length;
-            let is_known = |known: &Minimum| known.surface == surface && known.time >= AT_END * end;
-            if end >= duration
-                && turns_at(event, length, duration)
-                && !found.minima.iter().any(is_known)
-            {
-                let mut there = state.to_vec();
-                step.state_at(length, &mut there);
-                let event = horner(event, length);
-                found.minima.push(Minimum { surface, time: end, state: there, event });
-            }
         }
         None
     };
@@ -147,19 +134,6 @@ pub(super) fn gaps(
     found.minima.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(found)
 }
-
-/// Whether a gap has a minimum at a time of a step to rounding: the sign of its slope is no sign.
-fn turns_at(event: &[f64], time: f64, duration: f64) -> bool {
-    let powers = event.iter().enumerate().skip(1);
-    let slopes: Vec<f64> = powers.map(|(power, value)| power as f64 * value).collect();
-    let (slope, acceleration) = evaluate_at(&slopes, time);
-    acceleration > 0.0 && slope.abs() <= STATIONARY * acceleration * duration
-}
-
-/// Share of a flight from which a minimum is at its end, and the slope there, relative to the
-/// acceleration times the duration, that is rounding.
-const AT_END: f64 = 1.0 - 1e-9;
-const STATIONARY: f64 = 1e-12;
 
 /// Steps along a flow for a duration, until `look` returns a value. Arguments of `look` are the
 /// time since the start, the length of the step, the state at its start and the step.

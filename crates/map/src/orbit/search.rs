@@ -99,6 +99,8 @@ const ENLARGED: f64 = 1.25;
 const NEAR_SETTLED: f64 = 1e-3;
 /// Distance below which two periodic orbits are the same.
 const SAME_ORBIT: f64 = 1e-6;
+/// Slope of a gap, relative to its acceleration times the period, that is rounding.
+const STATIONARY: f64 = 1e-12;
 /// Largest number of secant steps.
 const TRIALS: usize = 60;
 /// Newton's method on the extended system is tried if the lowest `h` is within this part of its
@@ -318,7 +320,17 @@ impl<'a> Search<'a> {
         self.system.counted(gaps.steps, period);
         let beyond = gaps.beyond().is_some_and(|(surface, _)| surface == self.surface);
         let mine = gaps.minima.into_iter().filter(|minimum| minimum.surface == self.surface);
-        let lowest = mine.min_by(|a, b| a.event.total_cmp(&b.event));
+        // Where the slope at the start is rounding, no change of its sign shows a minimum there.
+        let local = self.system.geometry(0).at(&full, &parameters);
+        let turns = local.acceleration() > 0.0
+            && local.velocity().abs() <= STATIONARY * local.acceleration() * period;
+        let at_start = turns.then(|| Minimum {
+            surface: self.surface,
+            time: 0.0,
+            state: full.clone(),
+            event: local.event(),
+        });
+        let lowest = mine.chain(at_start).min_by(|a, b| a.event.total_cmp(&b.event));
         let none = || Minimum {
             surface: self.surface,
             time: 0.0,

@@ -245,7 +245,7 @@ impl Curve<'_> {
         let gap = |point: &FamilyPoint| point.orbit.lowest.event;
         let sign = gap(here).signum();
         let [a, b, c] = [gap(before), gap(here), gap(next)].map(|gap| sign * gap);
-        if !(b < a && b < c) || !(a.is_finite() && c.is_finite()) {
+        if !(b < a && b < c && a.is_finite() && c.is_finite()) {
             return Ok(None);
         }
         let left = -distance(&before.unknowns, &here.unknowns);
