@@ -446,7 +446,7 @@ fn safety_tells_from_which_fold_an_attractor_exists() {
         assert!(names.iter().any(|found| found == name), "{names:?}");
     }
     let many = SafeKeys { points: 1001, ..SafeKeys::default() }.answer(&scene, &NoProgress);
-    let message = many.err().expect("refused").to_string();
+    let message = many.expect_err("refused").to_string();
     assert_eq!(message, "points must be from 0 to 1000, found 1001");
 }
 

@@ -267,9 +267,10 @@ fn sides_agree(scene: &Scene, free: &[usize], start: &[Dd], time: Dd, order: u32
         }
         let state: Vec<Dd> = start.iter().zip(&offsets).map(|(a, b)| *a + *b).collect();
         let system = HybridSystem::new(&moved.model);
-        let mut simulator = Simulator::new(&system, &moved.model.parameter_values()).unwrap();
-        simulator.set_state(&state).unwrap();
-        simulator.run(time).unwrap();
+        let simulator = Simulator::new(&system, &moved.model.parameter_values());
+        let mut simulator = simulator.expect("finite parameters");
+        simulator.set_state(&state).expect("a finite state");
+        simulator.run(time).expect("a flight");
         let depth = sides.depth.evaluate(&offsets);
         let series = |place: usize| match depth > Dd::ZERO {
             true => {
@@ -352,7 +353,7 @@ fn a_graze_between_two_hits_has_a_series_on_each_side() {
             rest = &rest - &(&v / &(&(&cos - &drag) - &x));
         }
         let gap = &form.fly(&state, &rest)[0] + &form.dl;
-        speed = speed - gap.head() / gap.coefficient(&[0, 1, 0, 0, 0, 0]);
+        speed -= gap.head() / gap.coefficient(&[0, 1, 0, 0, 0, 0]);
     }
     let start = [Dd::from(0.3), speed, Dd::ONE];
     for order in 1..=4 {
