@@ -58,7 +58,7 @@ pub struct SidesListing {
     pub surface: String,
     /// Time since the start.
     pub time: f64,
-    /// Gap at its minimum, 0 up to rounding.
+    /// Gap at its minimum, at most 1e-12 of its range; `d` has its negative value.
     pub gap: f64,
     /// Derivatives of `d`, as those of a component of the state.
     pub depth: Value,

@@ -47,7 +47,7 @@ pub struct SafetyListing {
 }
 
 /// Interval of a parameter, about the scene's value, in which no graze was found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SafeInterval {
     /// Name of the parameter.
     pub parameter: String,
@@ -129,13 +129,6 @@ impl OtherAttractor {
 }
 
 impl SafeInterval {
-    /// Interval of a parameter whose ends are not known.
-    pub(crate) fn without_ends(parameter: String) -> Self {
-        let (below, above) = (None, None);
-        let (fold_below, fold_above) = (None, None);
-        Self { parameter, value: 0.0, below, above, fold_below, fold_above }
-    }
-
     /// Unit of changes of the parameter: the size of its value, or 1 where that is 0.
     fn unit(&self) -> f64 {
         if self.value == 0.0 { 1.0 } else { self.value.abs() }

@@ -156,7 +156,7 @@ impl BranchKeys {
             remarks: map
                 .remarks()
                 .chain(stretch_remarks(
-                    &self.offsets(map).0,
+                    &Origin::new(map.settled().graze(), self.values),
                     &self.along,
                     [self.from, self.to],
                     self.at.as_ref(),
@@ -342,7 +342,7 @@ impl LociKeys {
             remarks: map
                 .remarks()
                 .chain(stretch_remarks(
-                    &self.offsets(map).0,
+                    &Origin::new(map.settled().graze(), self.values),
                     &self.plane[0],
                     [self.from, self.to],
                     self.at.as_ref(),

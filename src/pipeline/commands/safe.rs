@@ -12,11 +12,12 @@ use crate::analysis::{
     escape_bounds,
 };
 use crate::iteration::OrbitEnd;
-use crate::model::{
-    DiagramRequest, Method, Observable, Response, Scene, Spacing, Starts, SweepDirection,
-};
+use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
-use crate::orbit::{IntervalEnd, Location, MarginOutcome, clear_interval, locate, watched_margin};
+use crate::orbit::{
+    IntervalEnd, Location, MarginOutcome, clear_interval, locate, rigid_stops_beyond,
+    watched_margin,
+};
 use crate::pipeline::keys::{KeyError, finite};
 #[cfg(feature = "cli")]
 use crate::pipeline::options::shares;
@@ -190,7 +191,7 @@ impl Followed {
     ) -> Result<SafeInterval, Error> {
         let value = scene.model.parameters[parameter].value.to_f64();
         let name = scene.model.parameters[parameter].name.clone();
-        let mut interval = SafeInterval { value, ..SafeInterval::without_ends(name) };
+        let mut interval = SafeInterval { parameter: name, value, ..SafeInterval::default() };
         let Some(start) = &self.start else {
             let found = grazes(scene, parameter, progress)?;
             interval.below = found.iter().copied().filter(|graze| *graze <= value).reduce(f64::max);
@@ -418,7 +419,9 @@ fn attractors(
     let mut frame = SectionFrame::<f64>::new(scene, map.orbit());
     let mut is_possible = |start: &[(&str, f64)]| -> Result<bool, Error> {
         frame.place(&state_of(start), &at)?;
-        Ok(!is_beyond_another(scene, frame.surface(), frame.state(), frame.parameters()))
+        let mut beyond = rigid_stops_beyond(&scene.model, frame.state(), frame.parameters());
+        // A section point beyond its own stop stands for the contact before it.
+        Ok(beyond.all(|(surface, _)| surface == frame.surface()))
     };
     simulated.expect(count as u64);
     let blocks = (0..count).step_by(BLOCK).map(|first| first..count.min(first + BLOCK));
@@ -462,16 +465,6 @@ fn attractors(
         }
     }
     Ok(all)
-}
-
-/// Whether a state is beyond a rigid stop other than `own`, where no motion is.
-fn is_beyond_another(scene: &Scene, own: usize, state: &[f64], parameters: &[f64]) -> bool {
-    let mut values = Vec::new();
-    scene.model.graph.evaluate(&[state, parameters].concat(), &mut values);
-    scene.model.surfaces.iter().enumerate().any(|(number, surface)| {
-        let is_rigid = matches!(surface.response, Response::Impact { .. });
-        number != own && is_rigid && values[surface.event.index()] < 0.0
-    })
 }
 
 impl FoundAttractors {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::free_flow::Corners;
 use super::outcome::{NotLocated, OrbitError};
 use super::piecewise::{FlightPart, FlowEvent, JetsThrough, PiecewiseFlow, gap_along};
-use super::section::Geometry;
+use super::section::{Geometry, rigid_stops_beyond};
 use crate::flow::{
     Field, FlowError, InputKind, Program, bound_but, evaluate, local_series, products_of_jet_step,
     watched_jet_transport_taylor,
@@ -532,19 +532,11 @@ impl Names<'_> {
 
     /// Refuses a start beyond a rigid surface.
     fn check_start(&self, start: &[Dd], parameters: &[Dd]) -> Result<(), DerivativesError> {
-        let model = &self.0.model;
-        let inputs: Vec<Dd> = start.iter().chain(parameters).copied().collect();
-        let mut values = Vec::new();
-        model.graph.evaluate(&inputs, &mut values);
-        let beyond = model.surfaces.iter().enumerate().find(|(_, surface)| {
-            let rigid = matches!(surface.response, Response::Impact { .. });
-            rigid && values[surface.event.index()] < Dd::ZERO
-        });
-        match beyond {
+        match rigid_stops_beyond(&self.0.model, start, parameters).next() {
             None => Ok(()),
-            Some((number, surface)) => Err(DerivativesError::StartsBeyond {
+            Some((number, gap)) => Err(DerivativesError::StartsBeyond {
                 surface: self.surface(number),
-                gap: values[surface.event.index()].to_f64(),
+                gap: gap.to_f64(),
             }),
         }
     }

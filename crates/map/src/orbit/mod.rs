@@ -42,7 +42,7 @@ pub use margin::{Margin, MarginOutcome, margin, watched_margin};
 pub use outcome::{NamedValues, NotLocated, OrbitError};
 pub use piecewise::{BRIEF, FlowEvent, JetsThrough, PiecewiseFlow};
 pub use search::{ClearInterval, IntervalEnd, clear_interval};
-pub use section::{PoincareSection, PoincareSectionKind};
+pub use section::{PoincareSection, PoincareSectionKind, rigid_stops_beyond};
 pub use theory::{
     AttractorRoute, Expectation, GrazeTheory, OneContactOrbit, Unfolding, graze_theory,
 };

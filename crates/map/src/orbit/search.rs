@@ -296,14 +296,8 @@ impl<'a> Search<'a> {
     fn periodic(&self, value: f64, start: &[f64]) -> Option<Periodic> {
         let (states, parameters) = (self.system.states, self.parameters(value));
         let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
-        let unknowns = self.unknowns(start, value);
-        let units = self.system.state_units(&unknowns);
-        let scaled = Scaled {
-            equations: &shooting,
-            residual_units: units.clone(),
-            units,
-            length: self.system.length(&unknowns),
-        };
+        let (length, units) = self.system.state_units(&self.unknowns(start, value));
+        let scaled = Scaled { equations: &shooting, residual_units: units.clone(), units, length };
         let Ok(Ok(root)) = scaled.solve(&start[..states], 1e-9) else {
             return None;
         };
@@ -497,8 +491,9 @@ fn scale(value: f64) -> f64 {
 impl<'a> Curve<'a> {
     /// The curve through an orbit, with a unit of the parameter.
     fn through(search: &'a Search<'a>, first: &Periodic, unit: f64) -> Self {
-        let (system, unknowns) = (search.system, search.unknowns(&first.start, first.value));
-        let residual_units = system.state_units(&unknowns);
+        let system = search.system;
+        let unknowns = search.unknowns(&first.start, first.value);
+        let (length, residual_units) = system.state_units(&unknowns);
         let mut units = residual_units.clone();
         units.push(unit);
         Self {
@@ -506,7 +501,7 @@ impl<'a> Curve<'a> {
             search,
             units,
             residual_units,
-            length: system.length(&unknowns),
+            length,
             start: first.start.clone(),
         }
     }
@@ -609,6 +604,16 @@ impl<'a> Curve<'a> {
         Ok(tangent.zip(orbit).map(|(tangent, orbit)| FamilyPoint { unknowns, tangent, orbit }))
     }
 
+    /// Point of the curve on the plane halfway between two others; `None` if it cannot be computed.
+    fn halfway(&self, ends: &[FamilyPoint; 2]) -> Result<Option<FamilyPoint>, OrbitError> {
+        let chord = moved(&ends[1].unknowns, &ends[0].unknowns, -1.0);
+        let middle = moved(&ends[0].unknowns, &chord, 0.5);
+        match self.corrected(&middle, &middle, &chord)? {
+            Some(found) => self.point(found, &ends[0].tangent),
+            None => Ok(None),
+        }
+    }
+
     /// Graze between two points of the curve at which the lowest `h` has opposite signs.
     fn graze_between(
         &self,
@@ -627,12 +632,7 @@ impl<'a> Curve<'a> {
                     return Ok(Some(graze));
                 }
             }
-            let normal = ends[1].unknowns.iter().zip(&ends[0].unknowns);
-            let normal: Vec<f64> = normal.map(|(b, a)| b - a).collect();
-            let middle = moved(&ends[0].unknowns, &normal, 0.5);
-            let found = self.corrected(&middle, &middle, &normal)?;
-            let Some(found) = found else { return Ok(None) };
-            let Some(middle) = self.point(found, &ends[0].tangent)? else { return Ok(None) };
+            let Some(middle) = self.halfway(&ends)? else { return Ok(None) };
             let same = middle.orbit.lowest.event * ends[0].orbit.lowest.event > 0.0;
             ends[usize::from(!same)] = middle;
         }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::outcome::OrbitError;
 use crate::model::{ExpressionGraph, Model, NodeId, Response, Scene, Section, StroboscopicPhase};
-use crate::numeric::{Dd, Scalar};
+use crate::numeric::{Dd, Real, Scalar};
 
 /// A Poincaré section with its coordinates: the full state without one component.
 ///
@@ -33,6 +33,22 @@ pub enum PoincareSectionKind {
         /// The phase, in `[0, period)`.
         phase: Dd,
     },
+}
+
+/// Rigid surfaces (indices) that a full state is beyond, with its gaps.
+pub fn rigid_stops_beyond<S: Real>(
+    model: &Model,
+    state: &[S],
+    parameters: &[S],
+) -> impl Iterator<Item = (usize, S)> {
+    let inputs: Vec<S> = state.iter().chain(parameters).copied().collect();
+    let mut values = Vec::new();
+    model.graph.evaluate(&inputs, &mut values);
+    model.surfaces.iter().enumerate().filter_map(move |(number, surface)| {
+        let is_rigid = matches!(surface.response, Response::Impact { .. });
+        let gap = values[surface.event.index()];
+        (is_rigid && gap < S::zero()).then_some((number, gap))
+    })
 }
 
 impl PoincareSection {

@@ -248,9 +248,10 @@ impl ExtendedSystem {
         unit_of(if size <= AT_REST * moves { moves } else { size })
     }
 
-    /// Unit of each state: the [length](Self::length) of the orbit, or that of the state alone
-    /// where it is far smaller, as a displacement of micrometres beside speeds of metres a second.
-    pub(super) fn state_units(&self, unknowns: &[f64]) -> Vec<f64> {
+    /// The [length](Self::length) of an orbit, and the unit of each state: that length, or that of
+    /// the state alone where it is far smaller, as a displacement of micrometres beside speeds of
+    /// metres a second.
+    pub(super) fn state_units(&self, unknowns: &[f64]) -> (f64, Vec<f64>) {
         let length = self.length(unknowns);
         let state = &unknowns[..self.dimension];
         let parameters = self.parameters(unknowns);
@@ -268,7 +269,7 @@ impl ExtendedSystem {
                 false => length,
             }
         };
-        (0..self.states).map(unit).collect()
+        (length, (0..self.states).map(unit).collect())
     }
 
     /// Unit of the gap and of its rate at a passage, in units of the states.
@@ -289,7 +290,7 @@ impl ExtendedSystem {
 
     /// The system in units: those of the states, and the size of each adjusted parameter.
     pub(super) fn scaled(&self, unknowns: &[f64]) -> Scaled<'_, Self> {
-        let (length, states) = (self.length(unknowns), self.state_units(unknowns));
+        let (length, states) = self.state_units(unknowns);
         let mut units = vec![1.0; self.unknowns()];
         units[..self.states].copy_from_slice(&states);
         let parameters = self.first_parameter()..unknowns.len();

@@ -605,18 +605,12 @@ impl<'a> DirectBranches<'a> {
         let first = &trace.points[0].linearised.extra;
         let equations = self.equations_with(itinerary, first);
         let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), first);
-        let wanted = value / self.units.parameters[0];
         let last = trace.points[0].unknowns.len() - 1;
         let normal: Vec<Dd> = unit_vector(last + 1, last);
-        let guesses = trace.points.windows(2).filter_map(|pair| {
-            let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
-            let share = (wanted - a[last]) / (b[last] - a[last]);
-            // A value at a point belongs to one of its two intervals.
-            (0.0..1.0).contains(&share).then(|| {
-                let mut guess: Vec<Dd> = converted(&between(a, b, share));
-                guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
-                guess
-            })
+        let guesses = guesses_at(trace, value / self.units.parameters[0]).map(|guess| {
+            let mut guess: Vec<Dd> = converted(&guess);
+            guess[last] = Dd::from(value) / Dd::from(self.units.parameters[0]);
+            guess
         });
         let orbits = guesses.filter_map(|guess| {
             let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
@@ -1190,6 +1184,21 @@ impl DirectBranches<'_> {
                 here.is_ok_and(|here| here.abs() <= VANISHING * nominal)
             })
     }
+}
+
+/// Unknowns between the points of a branch at a value of the varied parameter, in units.
+fn guesses_at(trace: &DirectTrace, at: f64) -> impl Iterator<Item = Vec<f64>> {
+    trace.points.windows(2).filter_map(move |pair| {
+        let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
+        let last = a.len() - 1;
+        let share = (at - a[last]) / (b[last] - a[last]);
+        // A value at a point belongs to one of its two intervals.
+        (0.0..1.0).contains(&share).then(|| {
+            let mut guess = between(a, b, share);
+            guess[last] = at;
+            guess
+        })
+    })
 }
 
 /// Number from −1 to 1 for each pair of indices, by a Kronecker sequence.

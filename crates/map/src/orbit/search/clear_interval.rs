@@ -219,10 +219,7 @@ impl Curve<'_> {
             if is_inside {
                 break;
             }
-            let chord = moved(&ends[1].unknowns, &ends[0].unknowns, -1.0);
-            let middle = moved(&ends[0].unknowns, &chord, 0.5);
-            let Some(middle) = self.corrected(&middle, &middle, &chord)? else { break };
-            let Some(middle) = self.point(middle, &ends[0].tangent)? else { break };
+            let Some(middle) = self.halfway(&ends)? else { break };
             let same = middle.orbit.lowest.event * ends[0].orbit.lowest.event > 0.0;
             ends[usize::from(!same)] = middle;
         }
@@ -273,10 +270,7 @@ impl Curve<'_> {
         let last = self.search.system.states;
         let mut ends = [here.clone(), next.clone()];
         for _ in 0..FOLD_HALVINGS {
-            let chord = moved(&ends[1].unknowns, &ends[0].unknowns, -1.0);
-            let middle = moved(&ends[0].unknowns, &chord, 0.5);
-            let Some(found) = self.corrected(&middle, &middle, &chord)? else { break };
-            let Some(middle) = self.point(found, &ends[0].tangent)? else { break };
+            let Some(middle) = self.halfway(&ends)? else { break };
             let same = middle.tangent[last] * ends[0].tangent[last] > 0.0;
             ends[usize::from(!same)] = middle;
         }

@@ -1,9 +1,9 @@
 //! Branches of one motion: on a tangency section a motion with several minima of the gap in one
 //! return has as many section points, and each of them a branch of its own.
 
-use super::{DirectBranches, DirectTrace};
+use super::{DirectBranches, DirectTrace, guesses_at};
 use crate::analysis::branches::trace::Traces;
-use crate::analysis::continuation::{between, corrected, unit_vector};
+use crate::analysis::continuation::{corrected, unit_vector};
 use crate::analysis::motion::MotionEvents;
 use crate::analysis::periodic::{ContactItinerary, DirectOrbit};
 use crate::analysis::time_series::TimeSeriesRequest;
@@ -76,16 +76,8 @@ impl DirectBranches<'_> {
         let mut equations = self.equations_with(itinerary, &trace.points[0].linearised.extra);
         let last = trace.points[0].unknowns.len() - 1;
         let normal = unit_vector(last + 1, last);
-        let orbits = trace.points.windows(2).filter_map(|pair| {
-            let [a, b] = [&pair[0].unknowns, &pair[1].unknowns];
-            let share = (at - a[last]) / (b[last] - a[last]);
-            if !(0.0..=1.0).contains(&share) {
-                return None;
-            }
-            let mut guess = between(a, b, share);
-            guess[last] = at;
-            Some(corrected(&mut equations, &guess, &guess, &normal)?.1.extra)
-        });
+        let orbits = guesses_at(trace, at)
+            .filter_map(|guess| Some(corrected(&mut equations, &guess, &guess, &normal)?.1.extra));
         orbits.collect()
     }
 
