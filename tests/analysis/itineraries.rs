@@ -117,6 +117,33 @@ impl Subject {
     }
 }
 
+/// Folds asked for beside the orbits take none of them away: the stable orbit with contact lies far
+/// from the graze, where direct simulation alone finds it.
+#[test]
+fn folds_leave_the_orbits_that_are_far_from_the_graze() {
+    let subject = Subject::new("linear", (3, 4));
+    let found = |loci: Option<BifurcationRequest>| {
+        subject.found(&OrbitsRequest {
+            itineraries: vec![subject.itinerary("1")],
+            at: vec![vec![-0.5, 0.0]],
+            direct: true,
+            far: true,
+            loci,
+        })
+    };
+    let folds = BifurcationRequest {
+        kinds: vec![BifurcationKind::Fold],
+        free: 0,
+        stepped: None,
+        at: vec![0.0; 2],
+    };
+    let (plain, with_folds) = (found(None), found(Some(folds)));
+    assert_eq!(plain.orbits.len(), 2);
+    assert_eq!(with_folds.orbits, plain.orbits);
+    let folds = with_folds.loci.expect("asked for");
+    assert!(folds.iter().any(|locus| !locus.points.is_empty()));
+}
+
 fn trace(orbit: &FoundOrbit) -> f64 {
     orbit.multipliers.iter().map(|[re, _]| re).sum()
 }

@@ -217,7 +217,7 @@ pub fn orbits(
         found
     });
     let far = far.filter(|_| request.far);
-    if let (Some(free), None) = (far, &request.loci) {
+    if let Some(free) = far {
         let part = SubProgress::new(progress, SearchPart::Wide as usize);
         let wide = parallel::try_map(request.at.iter().enumerate(), |(number, at)| {
             finder.wide_orbits(itineraries, (free, at), &SubProgress::new(&part, number))
