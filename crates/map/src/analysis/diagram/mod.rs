@@ -194,6 +194,9 @@ const SHARES: [f64; 4] = [-0.1, -0.01, 0.01, 0.1];
 /// Largest growth of an attractor near the graze at ten times the offset: a square root grows by
 /// 3.2, less if the period is shorter there.
 const GROWTH: f64 = 5.0;
+/// Growth at ten times the offset of an attractor that is born at the graze, in its distance from
+/// there: between a root and proportion, beside which there is an attractor away from it.
+const BORN: [f64; 2] = [2.0, 15.0];
 /// Iterates before an orbit counts as settled, and iterates kept.
 const TRANSIENT: usize = 3000;
 const KEPT: usize = 256;
@@ -267,8 +270,11 @@ pub fn measure_graze(
     };
     let mut sides: Vec<MeasuredSide> = found.into_iter().zip(entries).map(side).collect();
     for (far, close) in [(0, 1), (3, 2)] {
-        let is_near = sides[close].near && sides[far].end == OrbitEnd::Completed;
-        sides[far].near |= is_near && sides[far].size <= GROWTH * sides[close].size;
+        let both = [close, far].map(|side| sides[side].end == OrbitEnd::Completed) == [true; 2];
+        let growth = sides[far].size / sides[close].size;
+        let is_born = both && (BORN[0]..=BORN[1]).contains(&growth);
+        sides[close].near |= is_born;
+        sides[far].near |= is_born || (both && sides[close].near && growth <= GROWTH);
     }
     Ok(sides)
 }
