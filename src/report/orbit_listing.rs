@@ -394,6 +394,9 @@ impl GrazeStudy {
                 "theory says nothing of an orbit that is neutral without contact"
             }
             Expectation::Undecided => "to leading order no sign decides what follows",
+            Expectation::Displaced { .. } => {
+                "an orbit that grazes jumps, since the impact moves a state that only touches"
+            }
             Expectation::CodimensionTwo { n } => {
                 return format!("no sign decides what follows: xi_{n} is zero, codimension two");
             }
@@ -466,6 +469,10 @@ impl GrazeStudy {
                 "theory: contact and free flight do not differ at the graze: nothing happens"
                     .to_owned()
             }
+            Expectation::Displaced { displacement } => format!(
+                "theory: the impact moves a state that touches with zero normal velocity (by \
+                 {displacement:.3e}): an orbit that grazes jumps, and there is no map near it"
+            ),
             Expectation::Unbounded => format!(
                 "theory: the contact begins with y^{}: multipliers of the orbit with contact grow \
                  without bound next to the graze, more slowly than at a rigid stop, and it is \

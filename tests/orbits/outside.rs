@@ -234,6 +234,18 @@ fn an_orbit_without_damping_is_neutral() {
     assert_eq!(theory.expectation, Expectation::Neutral);
 }
 
+/// An impact that depends on the acceleration moves a state that only touches: no theory holds.
+#[test]
+fn theory_is_silent_where_an_impact_moves_a_touching_state() {
+    let moved = [("model.surface.0.impact.v", "-r*v + 0.1")];
+    let scene = scene_with("linear", &moved);
+    let theory = graze_theory(&scene, &orbit(&scene)).expect("an orbit");
+    let Expectation::Displaced { displacement } = theory.expectation else {
+        panic!("{:?}", theory.expectation)
+    };
+    assert!((displacement - 0.1).abs() < 1e-12, "{displacement}");
+}
+
 /// A curve to frequencies at which a period lasts for ever ends with what it has, and says why.
 #[test]
 fn a_curve_does_a_bounded_amount_of_work() {

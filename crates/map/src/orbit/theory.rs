@@ -24,8 +24,8 @@ use super::outcome::OrbitError;
 use super::passages::stretches;
 use super::system::ExtendedSystem;
 use crate::flow::Field;
-use crate::model::Scene;
-use crate::numeric::converted;
+use crate::model::{Response, Scene};
+use crate::numeric::{Dd, Scalar as _, converted};
 
 /// Longest one-contact orbits considered, in returns.
 const LONGEST: usize = 8;
@@ -108,6 +108,12 @@ pub enum Expectation {
     },
     /// Contact and free flight do not differ at the graze.
     NoContact,
+    /// The impact moves a state that touches with zero normal velocity: an orbit that grazes jumps,
+    /// and there is no map near the graze.
+    Displaced {
+        /// Largest change of a component.
+        displacement: f64,
+    },
     /// The orbit comes to rest against a stop, and its state there is the same with contact and
     /// without.
     Forgotten,
@@ -178,6 +184,10 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
     }
     theory.gap_slope =
         gap_slopes(scene, &graze.state, orbit.period, orbit.parameters())?[parameter];
+    if let Some(displacement) = displacement(scene, graze) {
+        theory.expectation = Expectation::Displaced { displacement };
+        return Ok(theory);
+    }
     theory.expectation = match contact_power {
         None => Expectation::NoContact,
         Some(_) if orbit.forgets() => Expectation::Forgotten,
@@ -207,6 +217,24 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
         }
     }
     Ok(theory)
+}
+
+/// Largest change of a grazing state by an impact, relative to its size, that is rounding.
+const UNMOVED: f64 = 1e-9;
+
+/// Largest change of a component of the grazing state by an impact, if it is beyond rounding.
+fn displacement(scene: &Scene, graze: &GrazingPoint) -> Option<f64> {
+    let Response::Impact { reset } = &scene.model.surfaces[graze.surface].response else {
+        return None;
+    };
+    let inputs: Vec<Dd> = graze.state.iter().chain(&graze.parameters).copied().collect();
+    let mut values = Vec::new();
+    scene.model.graph.evaluate(&inputs, &mut values);
+    let pairs = reset.iter().zip(&graze.state);
+    let moves = pairs.map(|(node, before)| (values[node.index()] - *before).magnitude());
+    let farthest = moves.fold(0.0, f64::max);
+    let size = graze.state.iter().fold(1.0_f64, |size, value| size.max(value.magnitude()));
+    (farthest > UNMOVED * size).then_some(farthest)
 }
 
 /// Writes a power as a whole number if it is one.
