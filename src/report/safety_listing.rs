@@ -425,10 +425,11 @@ impl ToleranceBox {
         let sizes: Vec<String> = self.tolerances.0.iter().map(pair).collect();
         let sizes = sizes.join(", ");
         let Some(first) = self.touched.first() else {
-            return format!(
-                "clear in all of {sizes}: no graze on {} edges of the box\n",
-                self.edges
-            );
+            let edges = match self.edges {
+                1 => "the edge".to_owned(),
+                edges => format!("the {edges} edges"),
+            };
+            return format!("clear in all of {sizes}: no graze on {edges} of the box\n");
         };
         let values = first.0.iter();
         let values =

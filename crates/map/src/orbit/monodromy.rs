@@ -326,6 +326,8 @@ const DEPTHS: [[f64; 2]; 4] = [[1e-18, 1e-20], [1e-12, 1e-14], [1e-7, 1e-8], [1e
 const RESOLVED: f64 = 1e-27;
 /// Distance of a measured power from one that the law can have, up to which it is that one.
 const SAME_POWER: f64 = 1e-2;
+/// Step to which another measured power, as of a parameter, is rounded.
+const DIGITS: f64 = 1e-9;
 
 /// Whether a contact field has a root, a logarithm or a real power of an argument that vanishes at
 /// a state.
@@ -370,7 +372,7 @@ fn rough_power(
     let possible = possible.chain([measured.round()]);
     let apart = |power: &f64| (power - measured).abs();
     let nearest = possible.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
-    Some(if apart(&nearest) <= SAME_POWER { nearest } else { measured })
+    Some(if apart(&nearest) <= SAME_POWER { nearest } else { (measured / DIGITS).round() * DIGITS })
 }
 
 /// Size of the components of a state, at least that of a unit if all vanish.
