@@ -495,7 +495,7 @@ impl MarginListing {
             parameter: with.to_owned(),
             to: *to,
             end: end.to_string(),
-            reached: matches!(end, CurveEnd::Reached | CurveEnd::LeftRange),
+            reached: matches!(end, CurveEnd::Reached | CurveEnd::LeftRange | CurveEnd::Closed),
         };
         let states = scene.model.full_state_names().into_iter();
         let sign = if margin.clears { 1.0 } else { -1.0 };

@@ -552,7 +552,8 @@ fn following(map: &Map, along: usize, offset: f64) -> BranchRequest {
 
 /// Lower and upper end of the interval in which an attractor exists along its branch.
 fn ends(branch: &AttractorBranch, along: usize, graze: &Dd) -> [AttractorEnd; 2] {
-    let stretch = branch.stretch();
+    // Values that are equal in double precision.
+    let stretch = branch.stretch(along, f64::EPSILON * graze.to_f64().abs());
     let end = |point: &BranchPoint| {
         let label = point.special.as_ref().map(|special| special.label);
         let value = (*graze + Dd::from(point.orbit.parameters[along])).to_f64();

@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 use source::{Found, House, Module, Package, Place};
 
 /// Floors, lowest first, each with the floors it may name.
-const FLOORS: [(&str, &[&str]); 16] = [
+const FLOORS: [(&str, &[&str]); 17] = [
     ("interruption", &[]),
     ("numeric", &[]),
     ("jet", &["interruption", "numeric"]),
@@ -23,12 +23,24 @@ const FLOORS: [(&str, &[&str]); 16] = [
     ("flow", &["interruption", "numeric", "jet", "model"]),
     ("hybrid", &["interruption", "numeric", "model", "flow"]),
     ("atlas", &["interruption", "numeric", "jet", "model", "flow", "hybrid"]),
-    ("orbit", &["interruption", "numeric", "jet", "model", "flow"]),
+    ("continuation", &["numeric"]),
+    ("orbit", &["interruption", "numeric", "jet", "model", "flow", "continuation"]),
     ("expansion", &["numeric", "jet", "model", "flow", "orbit"]),
     ("iteration", &["interruption", "numeric", "jet", "expansion"]),
     (
         "analysis",
-        &["numeric", "jet", "model", "flow", "hybrid", "atlas", "orbit", "expansion", "iteration"],
+        &[
+            "numeric",
+            "jet",
+            "model",
+            "flow",
+            "hybrid",
+            "atlas",
+            "continuation",
+            "orbit",
+            "expansion",
+            "iteration",
+        ],
     ),
     (
         "convergence",

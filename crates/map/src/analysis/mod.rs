@@ -8,7 +8,6 @@ mod atlas_plane;
 pub mod basin;
 pub mod branches;
 pub mod chart;
-pub mod continuation;
 pub mod diagram;
 mod direct_image;
 mod direct_map;

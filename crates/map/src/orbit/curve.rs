@@ -1,12 +1,9 @@
-//! Pseudo-arclength continuation of a grazing orbit in a second parameter: steps, points, and the
-//! special points between them, which are zeros of test functions along the curve.
+//! Grazing orbits continued in a second parameter: the equations of the curve, what ends it, and
+//! its special points, which are zeros of test functions.
 
-use std::array::from_fn;
+use nalgebra::{DMatrix, DVector};
 
-use nalgebra::DMatrix;
-
-use super::arclength::{CORRECTION, GROWTH, STRAIGHT, bordered, distance, dot};
-use super::curve_context::{CurveContext, Distance, NOISE, TestValue, TestedPoint};
+use super::curve_context::{CurveContext, Described, Distance, KindOfTest, NOISE};
 use super::effort::Effort;
 use super::grazing_curve::{
     CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, SpecialKind, SpecialPoint,
@@ -14,11 +11,14 @@ use super::grazing_curve::{
 use super::grazing_orbit::{GrazingOrbit, Location};
 use super::locate::locate;
 use super::newton::{Equations, refine};
-use super::outcome::{OrbitError, Stop, settled};
-use super::sampled::{SAMPLES, Zeros, places, zeros};
+use super::outcome::{OrbitError, Stop};
+use crate::continuation::{
+    ContinuationEnd, ContinuationPoint, Curve, CurveEquations, Linearised, Solution, StepControl,
+    TestValue, apart, bordered, by_chords, corrected, follow, largest, unit_vector, zero_on_chord,
+};
 use crate::flow::Field;
 use crate::model::Scene;
-use crate::numeric::{Bracket, Real, converted};
+use crate::numeric::{Dd, Real, converted};
 
 /// Continues the grazing orbit of a scene in a second parameter, `with`, from the value `from` to
 /// the value `to`.
@@ -63,9 +63,9 @@ pub fn watched_curve(
     };
     let size = from.abs().max(to.abs());
     let effort = Effort::new(&Field::free(&scene.model, &[])).within(options.most_products);
-    let pass = |count| -> Result<PseudoArclength<'_>, OrbitError> {
+    let pass = |count| -> Result<CurveOfGrazes<'_>, OrbitError> {
         let context = CurveContext::new(scene, &orbit, (with, size), count, &effort)?;
-        Ok(PseudoArclength { context, options, effort: &effort, watch })
+        Ok(CurveOfGrazes::new(context, (options, &effort), watch))
     };
     let here = scene.model.parameters[with].value.to_f64();
     let lead = pass(0)?;
@@ -95,35 +95,9 @@ pub(super) fn curve_towards(
     let size = from.abs().max(to.abs());
     let context = CurveContext::new(scene, orbit, (with, size), 0, effort)?.towards(distance);
     let start = context.start(orbit);
-    let pass = PseudoArclength { context, options: &CurveOptions::default(), effort, watch };
+    let options = CurveOptions::default();
+    let pass = CurveOfGrazes::new(context, (&options, effort), watch);
     Ok(pass.trace(&start, to)?.0)
-}
-
-/// One pass along a curve, with its options.
-struct PseudoArclength<'a> {
-    context: CurveContext<'a>,
-    options: &'a CurveOptions,
-    effort: &'a Effort,
-    /// Called with the share done.
-    watch: &'a dyn Fn(f64),
-}
-
-/// A step: its points and their places in `(0, 1]`.
-struct CurveStep {
-    points: Vec<(f64, TestedPoint)>,
-    resolution: Resolution,
-}
-
-/// Information on the zeros of all functions along a step, from their samples.
-#[derive(Default)]
-struct Resolution {
-    /// Places between the sample places that separate the zeros.
-    parting: Vec<f64>,
-    /// Kinds of special points of which more may exist, each with its place; `None` is the whole
-    /// step.
-    unresolved: Vec<(SpecialKind, Option<f64>)>,
-    /// Whether a shorter step would resolve more.
-    too_long: bool,
 }
 
 /// Length of a stretch with a work limit of its own, relative to the range, and that limit as a
@@ -138,10 +112,73 @@ const SHORTEST: f64 = 1e-6;
 /// exceeds at the beginning of a curve.
 const FAR: f64 = 32.0;
 
-impl PseudoArclength<'_> {
+/// A corner's argument has passed zero if it is below this, relative to its values at the ends.
+const VANISHED: f64 = 1e-6;
+/// Distance of two points that are one: special points of several kinds may lie at one place.
+const SAME_POINT: f64 = 1e-8;
+/// Step of a difference quotient, relative to the unknown.
+const DIFFERENCE: f64 = 1e-7;
+/// Largest residual of a point refined in double-double.
+const REFINED: f64 = 1e-22;
+
+/// Point of a grazing curve; it has its orbit where it is complete.
+type PointOfGrazes = ContinuationPoint<f64, Option<Box<Described>>>;
+type FollowedCurve = Curve<f64, Option<Box<Described>>>;
+
+/// Curve of grazing orbits, followed once from a value of the second parameter to another.
+struct CurveOfGrazes<'a> {
+    context: CurveContext<'a>,
+    options: &'a CurveOptions,
+    effort: &'a Effort,
+    /// Called with the share done.
+    watch: &'a dyn Fn(f64),
+    /// First and last value of the second parameter, scaled.
+    ends: [f64; 2],
+    /// Form of the equations by which the last solution was found.
+    matching: usize,
+    /// Reason why the curve could not be followed, or failure.
+    stop: Option<Stop<CurveEnd>>,
+    /// Arclength over the range, and work, since the last stretch ended.
+    covered: f64,
+    spent: u64,
+}
+
+impl<'a> CurveOfGrazes<'a> {
+    fn new(
+        context: CurveContext<'a>,
+        (options, effort): (&'a CurveOptions, &'a Effort),
+        watch: &'a dyn Fn(f64),
+    ) -> Self {
+        Self {
+            context,
+            options,
+            effort,
+            watch,
+            ends: [0.0; 2],
+            matching: 0,
+            stop: None,
+            covered: 0.0,
+            spent: effort.spent(),
+        }
+    }
+
     /// Follows the curve until the second parameter is `to`; returns the curve and the last
     /// unknowns.
-    fn trace(&self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
+    fn trace(mut self, start: &[f64], to: f64) -> Result<(GrazingCurve, Vec<f64>), OrbitError> {
+        let last = start.len() - 1;
+        self.ends = [start[last], self.context.in_unit(to)];
+        let (change, range) = (self.ends[1] - self.ends[0], self.range());
+        let mut along = unit_vector(start.len(), last);
+        along[last] = if change < 0.0 { -1.0 } else { 1.0 };
+        let longest = self.options.ds_max.min(range);
+        let control = StepControl {
+            first: self.options.ds.min(longest),
+            longest,
+            shortest: self.options.ds_min.min(range * SHORTEST),
+            most: if change == 0.0 { 0 } else { self.options.max_steps },
+            unresolved: self.options.max_steps,
+            far: Some(FAR),
+        };
         let mut curve = GrazingCurve {
             free: self.context.system().free.clone(),
             points: Vec::new(),
@@ -149,408 +186,287 @@ impl PseudoArclength<'_> {
             unresolved: Vec::new(),
             end: CurveEnd::StepLimit,
         };
-        let mut unknowns = start.to_vec();
-        let followed = self.follow(&mut curve, &mut unknowns, self.context.in_unit(to));
-        curve.end = match settled(followed) {
-            Ok(Ok(())) => CurveEnd::StepLimit,
-            Ok(Err(CurveEnd::Reached)) => CurveEnd::Reached,
-            // A failure that the work limit caused is no reason of its own.
-            Ok(Err(_)) | Err(OrbitError::SearchTooLong) if self.effort.is_spent() => {
-                self.work_limit(&curve)
-            }
-            ended => ended?.err().unwrap_or(CurveEnd::StepLimit),
+        let followed = follow(&mut self, start, &along, &control);
+        let Some(mut followed) = followed else {
+            curve.end = self.reason(&curve, 0.0)?;
+            return Ok((curve, start.to_vec()));
         };
+        if let (ContinuationEnd::Border { .. }, Some(point)) =
+            (followed.end, followed.points.last_mut())
+        {
+            // The value of the border was put in place of one that is equal to rounding.
+            self.complete(point);
+        }
+        self.describe(&mut curve, &followed)?;
+        curve.end = match followed.end {
+            _ if change == 0.0 => CurveEnd::Reached,
+            ContinuationEnd::Border { .. } if self.value(&followed.points) == self.ends[1] => {
+                CurveEnd::Reached
+            }
+            ContinuationEnd::Border { .. } => CurveEnd::LeftRange,
+            ContinuationEnd::Closed => CurveEnd::Closed,
+            ContinuationEnd::StepLimit => CurveEnd::StepLimit,
+            ContinuationEnd::Last | ContinuationEnd::StepTooSmall | ContinuationEnd::WorkLimit => {
+                self.reason(&curve, control.shortest)?
+            }
+        };
+        let unknowns = followed.points.pop().map_or(start.to_vec(), |point| point.unknowns);
         Ok((curve, unknowns))
     }
 
-    /// The end of a curve that exceeded the work limit.
-    fn work_limit(&self, curve: &GrazingCurve) -> CurveEnd {
-        let period = curve.points.last().map_or(f64::NAN, |point| point.period);
-        CurveEnd::WorkLimit { period, steps: self.effort.steps(period) }
+    /// Width of the range of the second parameter, scaled.
+    fn range(&self) -> f64 {
+        (self.ends[1] - self.ends[0]).abs()
     }
 
-    /// Adds points to a curve until it ends; returns normally after the largest number of steps.
-    fn follow(
+    /// Second parameter at the last of some points, scaled.
+    fn value(&self, points: &[PointOfGrazes]) -> f64 {
+        let last = points.last().and_then(|point| point.unknowns.last());
+        last.copied().unwrap_or(f64::NAN)
+    }
+
+    /// Reason for the end of a curve: the one kept, the work limit, or a shortest step.
+    fn reason(&mut self, curve: &GrazingCurve, shortest: f64) -> Result<CurveEnd, OrbitError> {
+        match self.stop.take() {
+            Some(Stop::Ended(CurveEnd::Reached)) => Ok(CurveEnd::Reached),
+            // A failure that the work limit caused is no reason of its own.
+            Some(Stop::Ended(_) | Stop::Failed(OrbitError::SearchTooLong)) | None
+                if self.effort.is_spent() =>
+            {
+                let period = curve.points.last().map_or(f64::NAN, |point| point.period);
+                Ok(CurveEnd::WorkLimit { period, steps: self.effort.steps(period) })
+            }
+            Some(Stop::Ended(end)) => Ok(end),
+            Some(Stop::Failed(error)) => Err(error),
+            None => Ok(CurveEnd::StepTooSmall { ds: shortest }),
+        }
+    }
+
+    /// Result of a computation at a point of the curve; the reason of a failure is kept.
+    fn kept<T>(&mut self, found: Result<T, Stop<CurveEnd>>) -> Option<T> {
+        match found {
+            Ok(found) => Some(found),
+            Err(Stop::Failed(OrbitError::Flow(_))) => None,
+            Err(stop) => {
+                self.stop = Some(stop);
+                None
+            }
+        }
+    }
+
+    /// Adds the points of a curve, its special points and the stretches that may have more.
+    fn describe(
         &self,
         curve: &mut GrazingCurve,
-        unknowns: &mut Vec<f64>,
-        to: f64,
-    ) -> Result<(), Stop<CurveEnd>> {
-        let last = unknowns.len() - 1;
-        let (from, range) = (unknowns[last], (to - unknowns[last]).abs());
-        let mut along = vec![0.0; unknowns.len()];
-        along[last] = if to < from { -1.0 } else { 1.0 };
-        let mut here = self.context.at(unknowns.clone(), &along)?;
-        curve.points.push(here.point.clone());
-        if from == to {
-            return Err(Stop::Ended(CurveEnd::Reached));
+        followed: &FollowedCurve,
+    ) -> Result<(), OrbitError> {
+        let points = &followed.points;
+        let Some(first) = points.first() else { return Ok(()) };
+        let kinds: Vec<Option<SpecialKind>> =
+            self.kinds_of_tests(first).into_iter().map(|(kind, _)| kind).collect();
+        let orbits = points.iter().filter_map(|point| point.linearised.extra.as_ref());
+        curve.points = orbits.map(|orbit| orbit.point.clone()).collect();
+        for turn in &followed.turns {
+            // A function that stays zero has no special point where the curve begins.
+            let stays = turn.point == 0 && is_zero(points.get(1), turn.test);
+            if let (Some(kind), false) = (kinds[turn.test], stays) {
+                curve.special.extend(self.refined(kind, turn.test, &points[turn.point])?);
+            }
         }
-        let ds_max = self.options.ds_max.min(range);
-        let ds_min = self.options.ds_min.min(range * SHORTEST);
-        let mut ds = self.options.ds.min(ds_max);
-        // Arclength over the range, and work, since the last stretch ended.
-        let (mut covered, mut spent) = (0.0, self.effort.spent());
-        for _ in 0..self.options.max_steps {
-            let (step, taken) = self.step(&here, (ds_min, ds), to)?;
-            let largest = here.unknowns.iter().fold(FAR, |most, value| most.max(value.abs()));
-            ds = (taken * GROWTH).min(ds_max * (largest / FAR));
-            let mut before = 0.0;
-            for (place, mut next) in step.points {
-                if (here.unknowns[last] - to) * (next.unknowns[last] - to) <= 0.0 {
-                    next = self.at_value(&here, &next, to)?.unwrap_or(next);
-                }
-                let is_first = curve.points.len() == 1;
-                curve.special.extend(special_between(&self.context, &here, &next, is_first)?);
-                curve.points.push(next.point.clone());
-                unknowns.clone_from(&next.unknowns);
-                for &(kind, at) in &step.resolution.unresolved {
-                    if at.is_none_or(|at| before < at && at <= place) {
-                        let ends = [&here, &next].map(|end| end.point.parameters.as_slice());
-                        curve.add_unresolved(kind, ends);
-                    }
-                }
-                let (value, normal_acceleration) = (unknowns[last], next.point.normal_acceleration);
-                if normal_acceleration <= 0.0 {
-                    return Err(Stop::Ended(CurveEnd::DegenerateGraze { normal_acceleration }));
-                }
-                if ((value - from) * 2.0 - (to - from)).abs() > 3.0 * range {
-                    return Err(Stop::Ended(CurveEnd::LeftRange));
-                }
-                if value == to || self.context.is_beyond(&curve.points) {
-                    return Err(Stop::Ended(CurveEnd::Reached));
-                }
-                (here, before) = (next, place);
+        let is_still = |[from, to]: [usize; 2], test| {
+            points[from..=to].iter().all(|point| is_zero(Some(point), test))
+        };
+        let parameters = |place: usize| -> &[f64] {
+            let orbit = points[place].linearised.extra.as_ref();
+            orbit.map_or(&[], |orbit| &orbit.point.parameters)
+        };
+        for (test, ends) in followed.unresolved.iter().copied().chain(zero_stretches(followed)) {
+            match kinds[test] {
+                // A parameter that does not vary has no fold.
+                Some(SpecialKind::Fold { .. }) if is_still(ends, test) => {}
+                Some(kind) => curve.add_unresolved(kind, ends.map(parameters)),
+                None => {}
             }
-            covered += taken / range;
-            if covered > STRETCH {
-                (covered, spent) = (0.0, self.effort.spent());
-            } else if self.effort.spent() - spent > self.options.most_products / STRETCH_SHARE {
-                return Err(Stop::Ended(self.work_limit(curve)));
-            }
-            let ahead = ((here.unknowns[last] - from) / (to - from)).clamp(0.0, 1.0);
-            (self.watch)(ahead.max(self.effort.share()));
         }
         Ok(())
     }
 
-    /// The next step and its length. If no step is short enough to resolve everything, the longest
-    /// one for which Newton's method converges.
-    fn step(
-        &self,
-        here: &TestedPoint,
-        (ds_min, mut ds): (f64, f64),
-        to: f64,
-    ) -> Result<(CurveStep, f64), Stop<CurveEnd>> {
-        let mut end = CurveEnd::StepTooSmall { ds: ds_min };
-        let mut longest = None;
-        while ds >= ds_min {
-            match settled(self.try_step(here, ds, to))? {
-                Ok(Some(step)) if step.resolution.too_long => {
-                    longest = longest.or(Some((step, ds)))
-                }
-                Ok(Some(step)) => return Ok((step, ds)),
-                Ok(None) => {}
-                Err(reason) => end = reason,
-            }
-            ds *= 0.5;
-        }
-        longest.ok_or(Stop::Ended(end))
+    /// Test functions at a point; none if it is not complete. Those without a kind are the
+    /// arguments of functions with a corner, and the distance of the second parameter from the
+    /// value asked for: the curve may pass their zeros twice in one step.
+    fn kinds_of_tests(&self, point: &PointOfGrazes) -> Vec<KindOfTest> {
+        let Some(orbit) = &point.linearised.extra else { return Vec::new() };
+        let [_, to] = self.ends;
+        let ahead = point.unknowns[point.unknowns.len() - 1] - to;
+        let corners = orbit.corners.iter().map(|&argument| TestValue::known_to(argument, 0.0));
+        let others = corners.chain([TestValue::known_to(ahead, NOISE * to.abs())]);
+        let mut tests = self.context.tests((&point.unknowns, &point.tangent), orbit);
+        tests.extend(others.map(|test| (None, test)));
+        tests
     }
 
-    /// A step of a given length; `None` if the curve cannot be followed that far.
-    fn try_step(
+    /// A special point to the roundoff of double-double: the zero itself for a condition; for other
+    /// functions, the point of the curve on the plane normal to it.
+    fn refined(
         &self,
-        here: &TestedPoint,
-        ds: f64,
-        to: f64,
-    ) -> Result<Option<CurveStep>, Stop<CurveEnd>> {
-        let straight = |point: &TestedPoint| dot(&point.tangent, &here.tangent) > STRAIGHT;
-        let predicted: Vec<f64> =
-            here.unknowns.iter().zip(&here.tangent).map(|(u, t)| u + ds * t).collect();
-        let found = self.context.correct(&predicted, &predicted, &here.tangent)?;
-        let Some(found) = found.filter(|found| distance(found, &predicted) < CORRECTION * ds)
-        else {
-            return Ok(None);
+        kind: SpecialKind,
+        test: usize,
+        point: &PointOfGrazes,
+    ) -> Result<Option<SpecialPoint>, OrbitError> {
+        let Some(orbit) = &point.linearised.extra else { return Ok(None) };
+        let exact = match kind {
+            SpecialKind::Codimension2 { n, from, to } => {
+                let size = point.tests[test].noise() / NOISE;
+                let zero = Zero { context: &self.context, from, to, n, size };
+                refine(&zero, &point.unknowns, REFINED)?.ok().map(|root| root.unknowns)
+            }
+            _ => self.refined_on_plane(point),
         };
-        let next = self.context.at(found, &here.tangent)?;
-        if !straight(&next) {
-            return Ok(None);
-        }
-        let chord = Chord::new(here, &next);
-        let mut points = Vec::new();
-        for place in places() {
-            points.push((
-                place,
-                match place {
-                    0.0 => here.clone(),
-                    1.0 => next.clone(),
-                    _ => match chord.point(&self.context, place)? {
-                        Some(point) if straight(&point) => point,
-                        _ => return Ok(None),
-                    },
-                },
-            ));
-        }
-        let resolution = self.resolution(&points, to);
-        for &place in &resolution.parting {
-            match chord.point(&self.context, place)? {
-                Some(point) => points.push((place, point)),
-                None => return Ok(None),
-            }
-        }
-        points.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        for pair in points.windows(2) {
-            if let Some(corner) = corner_between(&self.context, &pair[0].1, &pair[1].1)? {
-                return Err(Stop::Ended(corner));
-            }
-        }
-        points.remove(0);
-        Ok(Some(CurveStep { points, resolution }))
+        let unknowns = exact.unwrap_or_else(|| converted(&point.unknowns));
+        let parameters = self.context.parameters(&unknowns);
+        Ok(Some(SpecialPoint { kind, parameters, point: orbit.point.clone() }))
     }
 
-    /// Separating places and unresolved functions of a step, from the samples at its first points.
-    fn resolution(&self, points: &[(f64, TestedPoint)], to: f64) -> Resolution {
-        let mut found = Resolution::default();
-        let mut look = |samples: [f64; SAMPLES], noise: f64, kind: Option<SpecialKind>| {
-            let places = match zeros(&samples, noise) {
-                Zeros::Parted(places) => return found.parting.extend(places),
-                Zeros::Rounding(places) if !places.is_empty() => {
-                    places.into_iter().map(Some).collect()
-                }
-                // A parameter that does not vary has no fold.
-                Zeros::Rounding(_) if matches!(kind, Some(SpecialKind::Fold { .. })) => Vec::new(),
-                Zeros::Rounding(_) => vec![None],
-                Zeros::TooLong => {
-                    found.too_long = true;
-                    vec![None]
-                }
+    /// Unknowns of the curve on the plane normal to it at a point, in double-double.
+    fn refined_on_plane(&self, point: &PointOfGrazes) -> Option<Vec<Dd>> {
+        let [tangent, origin]: [Vec<Dd>; 2] =
+            [&point.tangent, &point.unknowns].map(|v| converted(v));
+        self.context.scaled().iter().find_map(|system| {
+            let (_, jacobian) = system.linearised(&point.unknowns).ok()?;
+            let jacobian: DMatrix<Dd> = jacobian.map(Dd::from);
+            let (unknowns, (), residual) = by_chords(&jacobian, &tangent, origin.clone(), |at| {
+                Some(((), DVector::from_vec(system.residual(at).ok()?)))
+            })?;
+            (largest(&residual) <= REFINED).then_some(unknowns)
+        })
+    }
+
+    /// End of the curve at the first corner that an argument at a graze passes between two points.
+    fn corner_between(&mut self, ends: [&PointOfGrazes; 2]) -> Option<CurveEnd> {
+        let [a, b] = ends.map(|point| point.linearised.extra.as_ref());
+        let pairs: Vec<_> = a?.corners.iter().copied().zip(b?.corners.iter().copied()).collect();
+        pairs.into_iter().enumerate().find_map(|(index, (a, b))| {
+            if a * b >= 0.0 {
+                return None;
+            }
+            let near = |curve: &mut Self, unknowns: &[f64]| {
+                let found = curve.context.corner_near(unknowns, index).map_err(Stop::Failed);
+                curve.kept(found)?
             };
-            found.unresolved.extend(places.into_iter().flat_map(|at| kind.map(|kind| (kind, at))));
-        };
-        let of = |value: &dyn Fn(&TestedPoint) -> f64| from_fn(|place| value(&points[place].1));
-        let first = &points[0].1;
-        for (number, test) in first.tests.iter().enumerate() {
-            let sizes = points.iter().map(|(_, point)| point.tests[number].size);
-            let size = sizes.fold(0.0, f64::max);
-            look(of(&|point| point.tests[number].value), NOISE * size, Some(test.kind));
-        }
-        for number in 0..first.corners.len() {
-            look(of(&|point| point.corners[number]), 0.0, None);
-        }
-        let last = first.unknowns.len() - 1;
-        look(of(&|point| point.unknowns[last] - to), NOISE * to.abs(), None);
-        found
-    }
-
-    /// The point between two others at which the second parameter is `to`; `None` if no orbit is
-    /// found. If the orbit has a corner there, the curve ends.
-    fn at_value(
-        &self,
-        here: &TestedPoint,
-        next: &TestedPoint,
-        to: f64,
-    ) -> Result<Option<TestedPoint>, Stop<CurveEnd>> {
-        let last = here.unknowns.len() - 1;
-        let (a, b) = (here.unknowns[last], next.unknowns[last]);
-        let share = if a == b { 1.0 } else { (to - a) / (b - a) };
-        let ends = here.unknowns.iter().zip(&next.unknowns);
-        let mut origin: Vec<f64> = ends.map(|(a, b)| a + share * (b - a)).collect();
-        origin[last] = to;
-        let mut normal = vec![0.0; last + 1];
-        normal[last] = 1.0;
-        let Some(mut found) = self.context.correct(&origin, &origin, &normal)? else {
-            return Ok(None);
-        };
-        found[last] = to;
-        match self.context.at(found, &here.tangent) {
-            Err(Stop::Ended(end)) if !matches!(end, CurveEnd::Corner { .. }) => Ok(None),
-            there => there.map(Some),
-        }
-    }
-}
-
-/// A corner's argument has passed zero if it is below this, relative to its values at the ends.
-const VANISHED: f64 = 1e-6;
-/// The search for a zero ends at this length along the chord, or at this value of the function
-/// relative to its values at the ends.
-const ENOUGH: f64 = 1e-14;
-/// Step of a difference quotient, relative to the unknown.
-const DIFFERENCE: f64 = 1e-7;
-/// Largest residual of a point refined in double-double.
-const REFINED: f64 = 1e-22;
-
-/// Special points after `here` and up to `next`, in order along the curve. A special point at
-/// `here` itself is included only at the first point of the curve.
-fn special_between(
-    context: &CurveContext<'_>,
-    here: &TestedPoint,
-    next: &TestedPoint,
-    is_first: bool,
-) -> Result<Vec<SpecialPoint>, OrbitError> {
-    let mut found = Vec::new();
-    let chord = Chord::new(here, next);
-    for (index, (test, after)) in here.tests.iter().zip(&next.tests).enumerate() {
-        let (a, b) = (test.beyond_rounding(), after.beyond_rounding());
-        let value = |unknowns: &[f64]| {
-            let point = settled(context.at(unknowns.to_vec(), &here.tangent))?;
-            Ok(point.ok().map(|point| point.tests[index].value))
-        };
-        let zero = if a * b < 0.0 {
-            chord.zero(context, [a, b], value)?
-        } else if a != 0.0 && b == 0.0 {
-            Some((1.0, next.unknowns.clone()))
-        } else if is_first && a == 0.0 && b != 0.0 {
-            Some((0.0, here.unknowns.clone()))
-        } else {
-            None
-        };
-        let Some((share, unknowns)) = zero else { continue };
-        let origin = chord.origin(share);
-        if let Some(special) = refined(context, test, &unknowns, [&origin, &chord.normal])? {
-            found.push((share, special));
-        }
-    }
-    found.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    Ok(found.into_iter().map(|(_, special)| special).collect())
-}
-
-/// End of a curve at the first corner that an argument at a graze passes between two points.
-fn corner_between(
-    context: &CurveContext<'_>,
-    here: &TestedPoint,
-    next: &TestedPoint,
-) -> Result<Option<CurveEnd>, OrbitError> {
-    let mut first: Option<(f64, CurveEnd)> = None;
-    for (index, (&a, &b)) in here.corners.iter().zip(&next.corners).enumerate() {
-        let near = |unknowns: &[f64]| context.corner_near(unknowns, index);
-        let value = |unknowns: &[f64]| Ok(near(unknowns)?.map(|(value, _)| value));
-        if a * b < 0.0
-            && let Some((share, unknowns)) = Chord::new(here, next).zero(context, [a, b], value)?
-            && let Some((value, end)) = near(&unknowns)?
+            let (value, end) = zero_on_chord(self, ends, [a, b], near)?;
             // The sign of an argument may also change by a jump, when the phase is reduced.
-            && value.abs() <= VANISHED * a.abs().max(b.abs())
-            && first.as_ref().is_none_or(|(before, _)| share < *before)
-        {
-            first = Some((share, end));
-        }
+            (value.abs() <= VANISHED * a.abs().max(b.abs())).then_some(end)
+        })
     }
-    Ok(first.map(|(_, end)| end))
+
+    /// Whether the work since the last stretch of the curve ended is too much for a stretch, with a
+    /// point that is `step` ahead.
+    fn is_too_much(&mut self, step: f64) -> bool {
+        self.covered += step / self.range();
+        if self.covered > STRETCH {
+            (self.covered, self.spent) = (0.0, self.effort.spent());
+        }
+        self.effort.spent() - self.spent > self.options.most_products / STRETCH_SHARE
+    }
 }
 
-/// The chord between two points, with planes across it.
-pub(super) struct Chord<'a> {
-    here: &'a TestedPoint,
-    next: &'a TestedPoint,
-    length: f64,
-    normal: Vec<f64>,
-}
+impl CurveEquations<f64> for CurveOfGrazes<'_> {
+    type Extra = Option<Box<Described>>;
 
-impl<'a> Chord<'a> {
-    pub(super) fn new(here: &'a TestedPoint, next: &'a TestedPoint) -> Self {
-        let ends = next.unknowns.iter().zip(&here.unknowns);
-        let chord: Vec<f64> = ends.map(|(b, a)| b - a).collect();
-        let length = chord.iter().map(|value| value * value).sum::<f64>().sqrt();
-        Self { here, next, length, normal: chord.iter().map(|value| value / length).collect() }
+    fn linearised(&mut self, unknowns: &[f64]) -> Option<Linearised<f64, Self::Extra>> {
+        let found = self.context.scaled()[self.matching].linearised(unknowns);
+        let (residual, jacobian) = self.kept(found.map_err(Stop::Failed))?;
+        Some(Linearised { residual: DVector::from_vec(residual), jacobian, extra: None })
     }
 
-    fn origin(&self, share: f64) -> Vec<f64> {
-        let ends = self.here.unknowns.iter().zip(&self.next.unknowns);
-        ends.map(|(a, b)| a + share * (b - a)).collect()
+    fn residual(&mut self, unknowns: &[f64]) -> Option<DVector<f64>> {
+        let found = self.context.scaled()[self.matching].residual(unknowns);
+        self.kept(found.map_err(Stop::Failed)).map(DVector::from_vec)
     }
 
-    /// Unknowns of the curve on the plane across a share of the chord; Newton's method starts from
-    /// the cubic with the tangents at the ends.
-    fn unknowns(
-        &self,
-        context: &CurveContext<'_>,
-        share: f64,
-    ) -> Result<Option<Vec<f64>>, OrbitError> {
-        let rest = 1.0 - share;
-        let origin = self.origin(share);
-        let tangents = self.here.tangent.iter().zip(&self.next.tangent);
-        let bend = tangents.zip(&self.normal).map(|((a, b), normal)| {
-            self.length * share * rest * (rest * (a - normal) - share * (b - normal))
-        });
-        let start: Vec<f64> = origin.iter().zip(bend).map(|(origin, bend)| origin + bend).collect();
-        context.correct(&start, &origin, &self.normal)
+    fn solution(
+        &mut self,
+        start: &[f64],
+        [origin, normal]: [&[f64]; 2],
+    ) -> Option<Solution<f64, Self::Extra>> {
+        (0..self.context.scaled().len()).find_map(|matching| {
+            self.matching = matching;
+            corrected(self, start, origin, normal)
+        })
     }
 
-    /// Point of the curve on the plane across a share of the chord; `None` if Newton's method
-    /// fails.
-    pub(super) fn point(
-        &self,
-        context: &CurveContext<'_>,
-        share: f64,
-    ) -> Result<Option<TestedPoint>, Stop<CurveEnd>> {
-        match self.unknowns(context, share)? {
-            Some(unknowns) => context.at(unknowns, &self.here.tangent).map(Some),
-            None => Ok(None),
+    fn complete(&mut self, point: &mut PointOfGrazes) -> bool {
+        let found = self.context.describe(&point.unknowns);
+        point.linearised.extra = self.kept(found).map(Box::new);
+        point.linearised.extra.is_some()
+    }
+
+    fn tests(&self, point: &PointOfGrazes) -> Vec<TestValue<f64>> {
+        self.kinds_of_tests(point).into_iter().map(|(_, test)| test).collect()
+    }
+
+    /// The second parameter is between the value asked for and one as far on the other side of the
+    /// first.
+    fn range(&self, unknown: usize) -> [f64; 2] {
+        let [from, to] = self.ends;
+        match unknown + 1 == self.context.system().unknowns() {
+            true if to < from => [to, from + self.range()],
+            true => [from - self.range(), to],
+            false => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }
 
-    /// Zero of a function with given values at the ends, as a share of the chord, with its
-    /// unknowns. Every trial is corrected onto the curve; the trial with the smallest value is
-    /// returned.
-    fn zero(
-        &self,
-        context: &CurveContext<'_>,
-        ends: [f64; 2],
-        value: impl Fn(&[f64]) -> Result<Option<f64>, OrbitError>,
-    ) -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
-        let largest = ends[0].abs().max(ends[1].abs());
-        let Ok(bracket) = Bracket::new(0.0, 1.0, ends[0], ends[1]) else {
-            return Ok(None);
-        };
-        let trial = |share: f64| -> Result<Option<(f64, Vec<f64>)>, OrbitError> {
-            let Some(found) = self.unknowns(context, share)? else {
-                return Ok(None);
-            };
-            Ok(value(&found)?.map(|value| (value, found)))
-        };
-        let mut best: Option<(f64, f64, Vec<f64>)> = None;
-        let mut failure = None;
-        let tolerance = 0.5 * ENOUGH / self.length;
-        bracket.itp((ends[0], ends[1]), tolerance, |share| {
-            let (value, unknowns) = match trial(share) {
-                Ok(Some(found)) => found,
-                Ok(None) => return f64::NAN,
-                Err(error) => {
-                    failure = Some(error);
-                    return f64::NAN;
-                }
-            };
-            if best.as_ref().is_none_or(|(least, ..)| value.abs() < *least) {
-                best = Some((value.abs(), share, unknowns));
+    fn is_spent(&self) -> bool {
+        matches!(self.stop, Some(Stop::Failed(_)))
+    }
+
+    fn is_passable(&mut self, ends: [&PointOfGrazes; 2]) -> bool {
+        let corner = self.corner_between(ends);
+        let is_passable = corner.is_none();
+        self.stop = corner.map(Stop::Ended).or(self.stop.take());
+        is_passable
+    }
+
+    fn is_last(&mut self, [before, point]: [&PointOfGrazes; 2]) -> bool {
+        let Some(orbit) = &point.linearised.extra else { return true };
+        let step = apart(&before.unknowns, &point.unknowns);
+        let [from, to] = self.ends;
+        let value = point.unknowns.last().copied().unwrap_or(from);
+        let ahead = ((value - from) / (to - from)).clamp(0.0, 1.0);
+        (self.watch)(ahead.max(self.effort.share()));
+        let normal_acceleration = orbit.point.normal_acceleration;
+        self.stop = match () {
+            () if normal_acceleration <= 0.0 => {
+                Some(CurveEnd::DegenerateGraze { normal_acceleration })
             }
-            if value.abs() < ENOUGH * largest { 0.0 } else { value }
-        });
-        match failure {
-            Some(error) => Err(error),
-            None => Ok(best.map(|(_, share, unknowns)| (share, unknowns))),
+            () if self.context.is_beyond(&orbit.point) => Some(CurveEnd::Reached),
+            () if self.is_too_much(step) => {
+                let period = orbit.point.period;
+                Some(CurveEnd::WorkLimit { period, steps: self.effort.steps(period) })
+            }
+            () => None,
         }
+        .map(Stop::Ended);
+        self.stop.is_some()
     }
 }
 
-/// A special point to the roundoff of double-double: the zero itself for a condition; for other
-/// functions, the point of the curve on the plane through `origin` with normal `normal`.
-fn refined(
-    context: &CurveContext<'_>,
-    &TestValue { kind, size, .. }: &TestValue,
-    unknowns: &[f64],
-    [origin, normal]: [&[f64]; 2],
-) -> Result<Option<SpecialPoint>, OrbitError> {
-    let Ok(described) = settled(context.describe(unknowns))? else {
-        return Ok(None);
-    };
-    let point = described.point;
-    let root = match kind {
-        SpecialKind::Codimension2 { n, from, to } => {
-            refine(&Zero { context, from, to, n, size }, unknowns, REFINED)?
-        }
-        _ => context.correct_dd(unknowns, origin, normal)?,
-    };
-    let unknowns = root.map_or_else(|_| converted(unknowns), |root| root.unknowns);
-    Ok(Some(SpecialPoint { kind, parameters: context.parameters(&unknowns), point }))
+/// Whether a test function is zero to rounding at a point, if there is one.
+fn is_zero(point: Option<&PointOfGrazes>, test: usize) -> bool {
+    point.is_none_or(|point| point.tests[test].beyond_rounding() == 0.0)
+}
+
+/// Test functions that stay zero between two successive points that are apart, with these points.
+fn zero_stretches(curve: &FollowedCurve) -> impl Iterator<Item = (usize, [usize; 2])> + use<'_> {
+    let points = &curve.points;
+    let tests = points.first().map_or(0, |point| point.tests.len());
+    let is_apart =
+        |from: usize, to: usize| apart(&points[from].unknowns, &points[to].unknowns) > SAME_POINT;
+    let pairs = (1..points.len()).map(|place| [place - 1, place]);
+    let pairs = pairs.filter(move |&[from, to]| is_apart(from, to));
+    pairs
+        .flat_map(move |ends| (0..tests).map(move |test| (test, ends)))
+        .filter(move |&(test, ends)| ends.into_iter().all(|at| is_zero(Some(&points[at]), test)))
 }
 
 /// The extended system with one condition, divided by `size`, required to vanish.

@@ -1,19 +1,19 @@
-//! Points of a grazing curve, by pseudo-arclength continuation of the extended system, with the
-//! test functions whose zeros are its special points.
+//! Orbits at the points of a grazing curve, with the test functions whose zeros are its special
+//! points.
 
 use nalgebra::DMatrix;
 
-use super::arclength::{Bordered, tangent};
 use super::effort::Effort;
 use super::free_flow::{Corners, each_step};
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::grazing_orbit::{Grazes, GrazingConditions, GrazingOrbit, Penetration, Touch};
 use super::monodromy::{ConditionFactors, Stretch, legs, multipliers, on_section, round};
-use super::newton::{Equations, Root, Scaled, Solved, refine, solve, unit_of};
+use super::newton::{Equations, Scaled, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
 use super::passages::{clearance, other_minima, passages, points, stretches};
 use super::section::PoincareSection;
 use super::system::ExtendedSystem;
+use crate::continuation::{TestValue, dot, tangent_at};
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 
@@ -55,44 +55,28 @@ impl Distance {
     }
 }
 
-/// Value of a test function at one point of the curve; its zeros are special points.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct TestValue {
-    pub(super) kind: SpecialKind,
-    pub(super) value: f64,
-    /// Scale of the rounding of the value.
-    pub(super) size: f64,
-}
-
 /// Rounding of a test function, relative to its size.
 pub(super) const NOISE: f64 = 1e-11;
 
-impl TestValue {
-    /// The value, or 0 if it is rounding.
-    pub(super) fn beyond_rounding(&self) -> f64 {
-        if self.value.abs() <= NOISE * self.size { 0.0 } else { self.value }
-    }
-}
+/// A test function at one point of the curve, and the kind of special point that its zeros are, if
+/// they are special.
+pub(super) type KindOfTest = (Option<SpecialKind>, TestValue<f64>);
 
-/// A point of the curve with the values of its test functions.
-#[derive(Clone, Debug)]
-pub(super) struct TestedPoint {
-    pub(super) unknowns: Vec<f64>,
-    pub(super) tangent: Vec<f64>,
-    pub(super) tests: Vec<TestValue>,
-    /// Arguments of functions with a corner, at the grazes.
-    pub(super) corners: Vec<f64>,
-    pub(super) point: CurvePoint,
+/// Value of a test function of a size.
+fn test(kind: SpecialKind, value: f64, size: f64) -> KindOfTest {
+    (Some(kind), TestValue::known_to(value, NOISE * size))
 }
 
 /// Description of the orbit at a point.
+#[derive(Clone, Debug)]
 pub(super) struct Described {
     pub(super) point: CurvePoint,
     /// Scale of the rounding of each condition.
     sizes: Vec<GrazingConditions<f64>>,
     /// Discriminant of the two multipliers and its size; `None` unless there are two.
     discriminant: Option<[f64; 2]>,
-    corners: Vec<f64>,
+    /// Arguments of functions with a corner, at the grazes.
+    pub(super) corners: Vec<f64>,
 }
 
 /// The passages of an orbit, with the derivatives of the flow between them.
@@ -152,7 +136,7 @@ impl<'a> CurveContext<'a> {
     }
 
     /// Scaled equations, matched at the end of the period and, without hits, in its middle.
-    fn scaled(&self) -> [Scaled<'_, ExtendedSystem>; 2] {
+    pub(super) fn scaled(&self) -> [Scaled<'_, ExtendedSystem>; 2] {
         let Self { units, residual_units, length, .. } = self;
         let [end, middle] = &self.systems;
         [end, middle].map(|equations| Scaled {
@@ -188,49 +172,39 @@ impl<'a> CurveContext<'a> {
         self.equations().in_units(&start(self.system(), orbit))
     }
 
-    /// Point of the curve with its tangent, test functions and orbit; or the reason why the curve
-    /// ends.
-    pub(super) fn at(
+    /// Test functions at a point with this orbit.
+    pub(super) fn tests(
         &self,
-        unknowns: Vec<f64>,
-        along: &[f64],
-    ) -> Result<TestedPoint, Stop<CurveEnd>> {
-        let Some(tangent) = self.tangent(&unknowns, along)? else {
-            return Err(Stop::Ended(CurveEnd::StepTooSmall { ds: 0.0 }));
-        };
-        let Described { point, sizes, discriminant, corners } = self.describe(&unknowns)?;
+        (unknowns, tangent): (&[f64], &[f64]),
+        orbit: &Described,
+    ) -> Vec<KindOfTest> {
         let turning = tangent[self.system().first_parameter()..].iter();
-        let folds = self.system().free.iter().zip(turning).map(|(&parameter, &component)| {
-            TestValue { kind: SpecialKind::Fold { parameter }, value: component, size: 1.0 }
-        });
-        let switch = discriminant.map(|[value, size]| TestValue {
-            kind: SpecialKind::MultiplierSwitch,
-            value,
-            size,
-        });
-        let tests = self.codimension2(&point.conditions, &sizes).chain(folds);
+        let folds =
+            self.system().free.iter().zip(turning).map(|(&parameter, &component)| {
+                test(SpecialKind::Fold { parameter }, component, 1.0)
+            });
+        let switch = orbit.discriminant;
+        let switch = switch.map(|[value, size]| test(SpecialKind::MultiplierSwitch, value, size));
         let nearest = self.nearest.as_ref();
-        let nearest = nearest.map(|distance| self.stationarity(distance, &unknowns, &tangent));
-        let tests = tests.chain(switch).chain(nearest).collect();
-        Ok(TestedPoint { tests, unknowns, tangent, corners, point })
+        let nearest = nearest.map(|distance| self.stationarity(distance, unknowns, tangent));
+        let conditions = self.codimension2(&orbit.point.conditions, &orbit.sizes);
+        conditions.chain(folds).chain(switch).chain(nearest).collect()
     }
 
-    /// Whether the last of these points is farther off in the second parameter alone than the
-    /// nearest point known.
-    pub(super) fn is_beyond(&self, points: &[CurvePoint]) -> bool {
-        let Some(distance) = &self.nearest else { return false };
-        let offsets = |point: &CurvePoint| {
+    /// Whether a point is farther off in the second parameter alone than the nearest point known,
+    /// which may be this one.
+    pub(super) fn is_beyond(&mut self, point: &CurvePoint) -> bool {
+        let offsets = |distance: &Distance| {
             distance.scaled(self.system().free.iter().map(|&free| point.parameters[free]))
         };
-        let length = |offsets: Vec<f64>| offsets.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let least =
-            points.iter().map(|point| length(offsets(point))).fold(distance.least, f64::min);
-        let last = points.last().and_then(|point| offsets(point).pop());
-        last.is_some_and(|last| last.abs() > least)
+        let Some(offsets) = self.nearest.as_ref().map(offsets) else { return false };
+        let Some(distance) = &mut self.nearest else { return false };
+        distance.least = distance.least.min(dot(&offsets, &offsets).sqrt());
+        offsets.last().is_some_and(|last| last.abs() > distance.least)
     }
 
     /// Half the derivative of the squared distance along the curve, as a test function.
-    fn stationarity(&self, distance: &Distance, unknowns: &[f64], tangent: &[f64]) -> TestValue {
+    fn stationarity(&self, distance: &Distance, unknowns: &[f64], tangent: &[f64]) -> KindOfTest {
         let first = self.system().first_parameter();
         let values = &self.without_units(unknowns)[first..];
         let slopes = &self.without_units(tangent)[first..];
@@ -242,7 +216,7 @@ impl<'a> CurveContext<'a> {
             // A parameter is known to 14 digits.
             size += 1e-14 / NOISE * (values[number] / distance.scales[number] * slope).abs();
         }
-        TestValue { kind: SpecialKind::Nearest, value, size }
+        test(SpecialKind::Nearest, value, size)
     }
 
     /// Conditions as test functions. Those from mirror images repeat the others and are left out.
@@ -250,7 +224,7 @@ impl<'a> CurveContext<'a> {
         &self,
         conditions: &'c [GrazingConditions<f64>],
         sizes: &'c [GrazingConditions<f64>],
-    ) -> impl Iterator<Item = TestValue> + use<'c> {
+    ) -> impl Iterator<Item = KindOfTest> + use<'c> {
         let unmirrored = self.system().grazes.unmirrored();
         let followed = conditions.iter().zip(sizes);
         let followed = followed.filter(move |(at, _)| at.from < unmirrored);
@@ -258,7 +232,7 @@ impl<'a> CurveContext<'a> {
             let (from, to) = (pair.from, pair.to);
             let kinds = (1..).map(move |n| SpecialKind::Codimension2 { n, from, to });
             let values = pair.values.iter().zip(&sizes.values);
-            kinds.zip(values).map(|(kind, (&value, &size))| TestValue { kind, value, size })
+            kinds.zip(values).map(|(kind, (&value, &size))| test(kind, value, size))
         })
     }
 
@@ -405,53 +379,14 @@ fn lost(reason: &NotLocated) -> CurveEnd {
     }
 }
 
-/// Largest residual at which a corrector may stall.
-const TOLERANCE: f64 = 1e-9;
-
 impl CurveContext<'_> {
-    /// Point of the curve on the plane through `origin` with normal `normal`, from a point near it;
-    /// `None` if Newton's method fails.
-    pub(super) fn correct(
-        &self,
-        start: &[f64],
-        origin: &[f64],
-        normal: &[f64],
-    ) -> Result<Option<Vec<f64>>, OrbitError> {
-        for system in self.scaled() {
-            match solve(&Bordered { system, origin, normal }, start, TOLERANCE) {
-                Ok(Ok(root)) => return Ok(Some(root)),
-                Ok(Err(_)) | Err(OrbitError::Flow(_)) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(None)
-    }
-
-    /// Point found by [`correct`](Self::correct), to the roundoff of double-double.
-    pub(super) fn correct_dd(&self, point: &[f64], origin: &[f64], normal: &[f64]) -> Solved<Root> {
-        let [end, middle] = self.scaled().map(|system| Bordered { system, origin, normal });
-        match refine(&end, point, 1e-22) {
-            Ok(Ok(root)) => Ok(Ok(root)),
-            _ => refine(&middle, point, 1e-22),
-        }
-    }
-
     /// Unit tangent of the curve at a point, on the side of `along`; `None` if it is not
     /// determined.
-    pub(super) fn tangent(
-        &self,
-        point: &[f64],
-        along: &[f64],
-    ) -> Result<Option<Vec<f64>>, OrbitError> {
-        for system in self.scaled() {
-            let Ok((_, jacobian)) = system.linearised(point) else {
-                continue;
-            };
-            if let Some(tangent) = tangent(&jacobian, along) {
-                return Ok(Some(tangent));
-            }
-        }
-        Ok(None)
+    pub(super) fn tangent(&self, point: &[f64], along: &[f64]) -> Option<Vec<f64>> {
+        self.scaled().iter().find_map(|system| {
+            let (_, jacobian) = system.linearised(point).ok()?;
+            tangent_at(&jacobian, along)
+        })
     }
 }
 

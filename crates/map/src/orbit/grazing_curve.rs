@@ -159,6 +159,8 @@ pub enum CurveEnd {
     },
     /// The second parameter left the requested range by more than its width.
     LeftRange,
+    /// The curve came back to its first point, without the requested value.
+    Closed,
 }
 
 impl std::fmt::Display for CurveEnd {
@@ -193,6 +195,7 @@ impl std::fmt::Display for CurveEnd {
             CurveEnd::LeftRange => {
                 write!(formatter, "the curve left the range asked for by more than its width")
             }
+            CurveEnd::Closed => write!(formatter, "the curve is closed"),
         }
     }
 }

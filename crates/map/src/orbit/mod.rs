@@ -3,7 +3,6 @@
 //! Deliberately absent: the direct simulator. Every orbit here is one of the free flow, which
 //! ignores the surfaces, and of the hits that the scene names.
 
-mod arclength;
 mod curve;
 mod curve_context;
 mod derivatives;
@@ -18,7 +17,6 @@ mod newton;
 mod outcome;
 mod passages;
 mod piecewise;
-pub(crate) mod sampled;
 mod search;
 mod section;
 mod system;

@@ -4,14 +4,19 @@ mod clear_interval;
 
 pub use clear_interval::{ClearInterval, IntervalEnd, clear_interval};
 
-use super::arclength::{Bordered, CORRECTION, GROWTH, STRAIGHT, distance, dot, tangent};
+use nalgebra::DVector;
+
 use super::effort::Effort;
 use super::free_flow::{Minimum, each_step, gaps, singular, watching};
 use super::grazing_orbit::with_reduced_phase;
-use super::newton::{Equations, Scaled, solve};
+use super::newton::{Equations, Scaled};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
 use super::piecewise::PiecewiseFlow;
 use super::system::{ExtendedSystem, PeriodicFamily, Shooting, solve_either};
+use crate::continuation::{
+    ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
+    between, follow, moved, point_on, unit_vector,
+};
 use crate::model::{OrbitContact, Scene};
 use crate::numeric::low_discrepancy;
 
@@ -85,8 +90,6 @@ impl Looked {
     }
 }
 
-/// Largest residual at which a corrector may stall.
-const TOLERANCE: f64 = 1e-9;
 /// Largest number of periods flown to settle.
 const SETTLING: usize = 400;
 /// A motion has settled if a period changes the state by less than this, in units of the states.
@@ -237,13 +240,13 @@ impl<'a> Search<'a> {
         let mut found: Vec<(usize, Periodic)> = Vec::new();
         for state in [start.to_vec()].into_iter().chain(spread) {
             let (settled, _) = self.settle(&state, value);
-            let near = |orbit: &Periodic| distance(&orbit.start, &settled) < NEAR_SETTLED;
+            let near = |orbit: &Periodic| apart(&orbit.start, &settled) < NEAR_SETTLED;
             let orbit = self.periodic(value, &settled);
             let fits = |orbit: &Periodic| near(orbit) && self.hits_as_named(orbit);
             let Some(orbit) = orbit.filter(fits) else {
                 continue;
             };
-            let same = |known: &Periodic| distance(&known.start, &orbit.start) < SAME_ORBIT;
+            let same = |known: &Periodic| apart(&known.start, &orbit.start) < SAME_ORBIT;
             match found.iter_mut().find(|(_, known)| same(known)) {
                 Some((count, _)) => *count += 1,
                 None => found.push((1, orbit)),
@@ -428,12 +431,9 @@ impl<'a> Search<'a> {
     }
 }
 
-/// First, largest and smallest step along the curve of periodic orbits, in units of its unknowns.
-const STEP: f64 = 0.02;
-const LARGEST_STEP: f64 = 0.25;
-const SMALLEST_STEP: f64 = 1e-6;
-/// Largest number of steps to each side.
-const MOST_STEPS: usize = 250;
+/// Steps along the curve of periodic orbits, in units of its unknowns.
+const STEPS: StepControl =
+    StepControl { first: 0.02, longest: 0.25, shortest: 1e-6, most: 250, ..StepControl::DEFAULT };
 /// Largest change of the parameter along the curve, relative to its size: after the first graze is
 /// found (`REACH`), and as long as none is found (`FAR`).
 const REACH: f64 = 2.0;
@@ -443,24 +443,141 @@ const HALVINGS: usize = 20;
 /// Lowest `h`, relative to the largest, that counts as a touch.
 const TOUCH: f64 = 1e-9;
 
-/// A point of the curve of periodic orbits.
-#[derive(Clone, Debug)]
-struct FamilyPoint {
-    /// The states at the fixed phase, then the parameter, scaled.
-    unknowns: Vec<f64>,
-    tangent: Vec<f64>,
-    orbit: Periodic,
+/// A point of the curve of periodic orbits; it has its orbit where it is complete. Unknowns are the
+/// states at the fixed phase, then the parameter, scaled.
+type FamilyPoint = ContinuationPoint<f64, Option<Periodic>>;
+
+/// Lowest `h` of the orbit at a point.
+fn lowest(point: &FamilyPoint) -> f64 {
+    point.linearised.extra.as_ref().map_or(f64::NAN, |orbit| orbit.lowest.event)
+}
+
+/// Value of the parameter at a point.
+fn value_at(point: &FamilyPoint) -> f64 {
+    point.linearised.extra.as_ref().map_or(f64::NAN, |orbit| orbit.value)
 }
 
 /// The curve of periodic orbits through one of them, with the units of its unknowns.
-struct Curve<'a> {
+struct Family<'a> {
     search: &'a Search<'a>,
-    family: PeriodicFamily<'a>,
+    equations: PeriodicFamily<'a>,
     units: Vec<f64>,
     residual_units: Vec<f64>,
     length: f64,
     /// Full state of the initial orbit; all orbits have its phase.
     start: Vec<f64>,
+    /// Error that ends the curve.
+    error: Option<OrbitError>,
+}
+
+/// A search along the curve of periodic orbits.
+trait Visit {
+    /// Whether the curve may pass from one point to the next.
+    fn may_pass(&self, _ends: [&FamilyPoint; 2]) -> bool {
+        true
+    }
+
+    /// Looks at two successive points; returns whether the curve ends at the last one.
+    fn is_last(&mut self, family: &mut Family<'_>, ends: [&FamilyPoint; 2]) -> bool;
+}
+
+/// Equations of the curve, with a search along it.
+struct Visited<'v, 'a, V> {
+    family: &'v mut Family<'a>,
+    visit: &'v mut V,
+}
+
+impl<V: Visit> CurveEquations<f64> for Visited<'_, '_, V> {
+    type Extra = Option<Periodic>;
+
+    fn linearised(&mut self, unknowns: &[f64]) -> Option<Linearised<f64, Self::Extra>> {
+        self.family.linearised(unknowns)
+    }
+
+    fn residual(&mut self, unknowns: &[f64]) -> Option<DVector<f64>> {
+        self.family.residual(unknowns)
+    }
+
+    fn complete(&mut self, point: &mut FamilyPoint) -> bool {
+        self.family.complete(point)
+    }
+
+    fn tests(&self, point: &FamilyPoint) -> Vec<TestValue<f64>> {
+        self.family.tests(point)
+    }
+
+    fn range(&self, unknown: usize) -> [f64; 2] {
+        self.family.range(unknown)
+    }
+
+    fn is_spent(&self) -> bool {
+        self.family.is_spent()
+    }
+
+    fn is_passable(&mut self, ends: [&FamilyPoint; 2]) -> bool {
+        self.visit.may_pass(ends)
+    }
+
+    fn is_last(&mut self, ends: [&FamilyPoint; 2]) -> bool {
+        self.visit.is_last(self.family, ends)
+    }
+}
+
+impl CurveEquations<f64> for Family<'_> {
+    type Extra = Option<Periodic>;
+
+    fn linearised(&mut self, unknowns: &[f64]) -> Option<Linearised<f64, Self::Extra>> {
+        let found = self.system().linearised(unknowns);
+        let (residual, jacobian) = self.kept(found)?;
+        Some(Linearised { residual: DVector::from_vec(residual), jacobian, extra: None })
+    }
+
+    fn residual(&mut self, unknowns: &[f64]) -> Option<DVector<f64>> {
+        let found = self.system().residual(unknowns);
+        self.kept(found).map(DVector::from_vec)
+    }
+
+    /// Adds the orbit.
+    fn complete(&mut self, point: &mut FamilyPoint) -> bool {
+        let states = self.search.system.states;
+        let values = self.system().without_units(&point.unknowns);
+        let mut full = self.start.clone();
+        full[..states].copy_from_slice(&values[..states]);
+        point.linearised.extra = self.search.described(values[states], full);
+        point.linearised.extra.is_some()
+    }
+
+    fn tests(&self, _: &FamilyPoint) -> Vec<TestValue<f64>> {
+        Vec::new()
+    }
+
+    fn range(&self, _: usize) -> [f64; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
+
+    fn is_spent(&self) -> bool {
+        self.error.is_some()
+    }
+}
+
+/// Search for all grazes on one side of an orbit.
+struct AllGrazes<'a> {
+    /// Value of the parameter at the orbit.
+    from: f64,
+    grazes: &'a mut Vec<Graze>,
+    looked: &'a mut Looked,
+}
+
+impl Visit for AllGrazes<'_> {
+    fn is_last(&mut self, family: &mut Family<'_>, [here, next]: [&FamilyPoint; 2]) -> bool {
+        let Some(orbit) = &next.linearised.extra else { return true };
+        self.looked.add(orbit);
+        if lowest(here) * lowest(next) < 0.0 {
+            self.grazes.extend(family.graze_between([here, next]));
+        }
+        let reach = if self.grazes.is_empty() { FAR } else { REACH };
+        (orbit.value - self.from).abs() > reach * scale(self.from)
+    }
 }
 
 impl Search<'_> {
@@ -469,14 +586,16 @@ impl Search<'_> {
     fn follow(&self, first: &Periodic, looked: &mut Looked) -> Result<Vec<Graze>, OrbitError> {
         let system = self.system.clone().limited(&Effort::new(self.system.flow.field()));
         let search = Search { system: &system, watching: self.watching.clone(), ..*self };
-        let curve = Curve::through(&search, first, scale(first.value));
+        let mut family = Family::through(&search, first, scale(first.value));
         let mut grazes = Vec::new();
         for side in [1.0, -1.0] {
-            match curve.side(first, side, &mut grazes, looked) {
-                Ok(false) | Err(OrbitError::SearchTooLong) => {}
-                // The curve is closed: all of it is known.
-                Ok(true) => break,
-                Err(error) => return Err(error),
+            let (grazes, looked) = (&mut grazes, &mut *looked);
+            let mut visit = AllGrazes { from: first.value, grazes, looked };
+            let end = family.follow(first, side, &STEPS, &mut visit);
+            match family.error.take() {
+                None if end == Some(ContinuationEnd::Closed) => break,
+                None | Some(OrbitError::SearchTooLong) => {}
+                Some(error) => return Err(error),
             }
         }
         Ok(grazes)
@@ -488,7 +607,7 @@ fn scale(value: f64) -> f64 {
     value.abs().max(0.1)
 }
 
-impl<'a> Curve<'a> {
+impl<'a> Family<'a> {
     /// The curve through an orbit, with a unit of the parameter.
     fn through(search: &'a Search<'a>, first: &Periodic, unit: f64) -> Self {
         let system = search.system;
@@ -497,151 +616,97 @@ impl<'a> Curve<'a> {
         let mut units = residual_units.clone();
         units.push(unit);
         Self {
-            family: PeriodicFamily::new(system, first.start[system.states]),
+            equations: PeriodicFamily::new(system, first.start[system.states]),
             search,
             units,
             residual_units,
             length,
             start: first.start.clone(),
+            error: None,
         }
     }
 
-    fn system(&self) -> Scaled<'_, PeriodicFamily<'_>> {
+    fn system(&self) -> Scaled<'_, PeriodicFamily<'a>> {
         Scaled {
-            equations: &self.family,
+            equations: &self.equations,
             units: self.units.clone(),
             residual_units: self.residual_units.clone(),
             length: self.length,
         }
     }
 
-    /// First point of one side of the curve.
-    fn start(&self, first: &Periodic, side: f64) -> Result<Option<FamilyPoint>, OrbitError> {
+    /// Result of a computation; an error that ends the curve is kept.
+    fn kept<T>(&mut self, found: Result<T, OrbitError>) -> Option<T> {
+        match found {
+            Ok(found) => Some(found),
+            Err(OrbitError::Flow(_)) => None,
+            Err(error) => {
+                self.error = Some(error);
+                None
+            }
+        }
+    }
+
+    /// Unknowns of an orbit, and the direction in which the parameter changes.
+    fn start(&self, first: &Periodic, side: f64) -> [Vec<f64>; 2] {
         let states = self.search.system.states;
         let unknowns = [&first.start[..states], &[first.value]].concat();
-        let mut along = vec![0.0; states + 1];
+        let mut along = unit_vector(states + 1, states);
         along[states] = side;
-        self.point(self.system().in_units(&unknowns), &along)
+        [self.system().in_units(&unknowns), along]
     }
 
-    /// Point of the curve a step ahead; `None` if the step is too long.
-    fn stepped(&self, here: &FamilyPoint, step: f64) -> Result<Option<FamilyPoint>, OrbitError> {
-        let predicted = moved(&here.unknowns, &here.tangent, step);
-        let found = self.corrected(&predicted, &predicted, &here.tangent)?;
-        let close = |found: &Vec<f64>| distance(found, &predicted) < CORRECTION * step;
-        let next = match found.filter(close) {
-            Some(found) => self.point(found, &here.tangent)?,
-            None => None,
-        };
-        Ok(next.filter(|next| dot(&next.tangent, &here.tangent) > STRAIGHT))
-    }
-
-    /// Follows one side of the curve; returns whether the curve closed.
-    fn side(
-        &self,
+    /// Follows one side of the curve; `None` if it has no first point.
+    fn follow(
+        &mut self,
         first: &Periodic,
         side: f64,
-        grazes: &mut Vec<Graze>,
-        looked: &mut Looked,
-    ) -> Result<bool, OrbitError> {
-        let Some(start) = self.start(first, side)? else { return Ok(false) };
-        let (mut here, mut step) = (start.clone(), STEP);
-        for taken in 0..MOST_STEPS {
-            let Some(next) = self.stepped(&here, step)? else {
-                step *= 0.5;
-                if step < SMALLEST_STEP {
-                    return Ok(false);
-                }
-                continue;
-            };
-            looked.add(&next.orbit);
-            if here.orbit.lowest.event * next.orbit.lowest.event < 0.0
-                && let Some(graze) = self.graze_between(&here, &next)?
-            {
-                grazes.push(graze);
-            }
-            if taken > 2 && distance(&next.unknowns, &start.unknowns) < 0.5 * step {
-                return Ok(true);
-            }
-            let reach = if grazes.is_empty() { FAR } else { REACH };
-            if (next.orbit.value - first.value).abs() > reach * scale(first.value) {
-                return Ok(false);
-            }
-            here = next;
-            step = (step * GROWTH).min(LARGEST_STEP);
-        }
-        Ok(false)
+        steps: &StepControl,
+        visit: &mut impl Visit,
+    ) -> Option<ContinuationEnd> {
+        let [start, along] = self.start(first, side);
+        let curve = follow(&mut Visited { family: self, visit }, &start, &along, steps);
+        curve.map(|curve| curve.end)
     }
 
-    /// Point of the curve on a plane; `None` if Newton's method fails.
-    fn corrected(
-        &self,
-        start: &[f64],
-        origin: &[f64],
-        normal: &[f64],
-    ) -> Result<Option<Vec<f64>>, OrbitError> {
-        let plane = Bordered { system: self.system(), origin, normal };
-        match solve(&plane, start, TOLERANCE) {
-            Ok(root) => Ok(root.ok()),
-            Err(OrbitError::Flow(_)) => Ok(None),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// Point of the curve with its orbit; `None` if its flow or its tangent cannot be computed.
-    fn point(&self, unknowns: Vec<f64>, along: &[f64]) -> Result<Option<FamilyPoint>, OrbitError> {
-        let (_, jacobian) = match self.system().linearised(&unknowns) {
-            Ok(linearised) => linearised,
-            Err(OrbitError::Flow(_)) => return Ok(None),
-            Err(error) => return Err(error),
-        };
-        let states = self.search.system.states;
-        let values = self.system().without_units(&unknowns);
-        let mut full = self.start.clone();
-        full[..states].copy_from_slice(&values[..states]);
-        let orbit = self.search.described(values[states], full);
-        let tangent = tangent(&jacobian, along);
-        Ok(tangent.zip(orbit).map(|(tangent, orbit)| FamilyPoint { unknowns, tangent, orbit }))
-    }
-
-    /// Point of the curve on the plane halfway between two others; `None` if it cannot be computed.
-    fn halfway(&self, ends: &[FamilyPoint; 2]) -> Result<Option<FamilyPoint>, OrbitError> {
-        let chord = moved(&ends[1].unknowns, &ends[0].unknowns, -1.0);
-        let middle = moved(&ends[0].unknowns, &chord, 0.5);
-        match self.corrected(&middle, &middle, &chord)? {
-            Some(found) => self.point(found, &ends[0].tangent),
-            None => Ok(None),
-        }
+    /// Point of the curve on the plane across a share of the chord between two others.
+    fn between(&mut self, [a, b]: [&FamilyPoint; 2], share: f64) -> Option<FamilyPoint> {
+        let middle = between(&a.unknowns, &b.unknowns, share);
+        let chord = moved(&b.unknowns, &a.unknowns, -1.0);
+        point_on(self, &middle, [&middle, &chord], &a.tangent)
     }
 
     /// Graze between two points of the curve at which the lowest `h` has opposite signs.
-    fn graze_between(
-        &self,
-        here: &FamilyPoint,
-        next: &FamilyPoint,
-    ) -> Result<Option<Graze>, OrbitError> {
-        let mut ends = [here.clone(), next.clone()];
+    fn graze_between(&mut self, ends: [&FamilyPoint; 2]) -> Option<Graze> {
+        let mut ends = ends.map(Clone::clone);
         for _ in 0..HALVINGS {
-            let depths = [0, 1].map(|end| ends[end].orbit.lowest.event.abs());
-            let nearer = usize::from(depths[1] < depths[0]);
-            if let Some(unknowns) = self.search.touch_from(&ends[nearer].orbit)? {
+            let nearer = usize::from(lowest(&ends[1]).abs() < lowest(&ends[0]).abs());
+            let orbit = ends[nearer].linearised.extra.as_ref()?;
+            let touched = self.search.touch_from(orbit);
+            if let Some(unknowns) = self.kept(touched).flatten() {
                 let graze = self.search.graze(unknowns);
-                let apart = distance(&ends[0].unknowns, &ends[1].unknowns);
-                let moved = (graze.value - ends[nearer].orbit.value).abs();
+                let apart = apart(&ends[0].unknowns, &ends[1].unknowns);
+                let moved = (graze.value - value_at(&ends[nearer])).abs();
                 if moved <= 2.0 * apart * self.units[self.units.len() - 1] {
-                    return Ok(Some(graze));
+                    return Some(graze);
                 }
             }
-            let Some(middle) = self.halfway(&ends)? else { return Ok(None) };
-            let same = middle.orbit.lowest.event * ends[0].orbit.lowest.event > 0.0;
-            ends[usize::from(!same)] = middle;
+            self.halve(&mut ends, lowest)?;
         }
-        Ok(None)
+        None
     }
-}
 
-fn moved(unknowns: &[f64], direction: &[f64], step: f64) -> Vec<f64> {
-    unknowns.iter().zip(direction).map(|(value, slope)| value + step * slope).collect()
+    /// Replaces the end of a stretch at which a function has the sign that it has halfway.
+    fn halve(
+        &mut self,
+        ends: &mut [FamilyPoint; 2],
+        function: impl Fn(&FamilyPoint) -> f64,
+    ) -> Option<()> {
+        let middle = self.between(ends.each_ref(), 0.5)?;
+        let same = function(&middle) * function(&ends[0]) > 0.0;
+        ends[usize::from(!same)] = middle;
+        Some(())
+    }
 }
 
 impl Search<'_> {

@@ -294,7 +294,7 @@ fn unfolding(
         let context = CurveContext::new(scene, orbit, (number, value), n, &effort)?;
         let here = context.start(orbit);
         let along: Vec<f64> = (0..here.len()).map(|at| f64::from(at + 1 == here.len())).collect();
-        let Some(tangent) = context.tangent(&here, &along)? else { continue };
+        let Some(tangent) = context.tangent(&here, &along) else { continue };
         let moved = |step: f64| -> Vec<f64> {
             here.iter().zip(&tangent).map(|(value, slope)| value + step * slope).collect()
         };

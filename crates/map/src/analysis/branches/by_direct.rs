@@ -25,10 +25,6 @@ use super::trace::{
     SeedKind, TracedBranch, each_once, first_doubled, halved, has_shorter_period, label_of,
     lies_on, null_vector, refined, solved, toggled,
 };
-use crate::analysis::continuation::{
-    ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
-    between, corrected, tangent_at, unit_vector,
-};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
@@ -38,6 +34,10 @@ use crate::analysis::periodic::{
 };
 use crate::analysis::progress::{NoProgress, PartProgress, Progress, resumed_if};
 use crate::analysis::work::Unfinished;
+use crate::continuation::{
+    ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
+    between, corrected, tangent_at, unit_vector,
+};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::{PassageSet, parallel};
@@ -1272,8 +1272,8 @@ impl CurveEquations<f64> for UntilKnown<'_, '_> {
         self.equations.is_spent()
     }
 
-    fn is_last(&self, point: &DirectPoint) -> bool {
-        self.equations.is_last(point) || (self.meets)(self.equations, point)
+    fn is_last(&mut self, [before, point]: [&DirectPoint; 2]) -> bool {
+        self.equations.is_last([before, point]) || (self.meets)(self.equations, point)
     }
 }
 

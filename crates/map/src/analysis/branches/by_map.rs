@@ -9,9 +9,6 @@ use super::trace::{
     each_once, exact_or_zero, first_doubled, halved, label_of, lies_on, null_vector, refined,
     solved, toggled,
 };
-use crate::analysis::continuation::{
-    ContinuationPoint, CurveEquations, Solution, StepControl, tangent_at, unit_vector,
-};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::MapEvaluation;
 use crate::analysis::periodic::{
@@ -19,6 +16,9 @@ use crate::analysis::periodic::{
     PassagesOfOrbit, SettledCycle, finite_or_one, window_scales,
 };
 use crate::analysis::progress::Progress;
+use crate::continuation::{
+    ContinuationPoint, CurveEquations, Solution, StepControl, tangent_at, unit_vector,
+};
 use crate::expansion::LocalMap;
 use crate::iteration::{PassageSet, PhaseCircle, parallel};
 use crate::model::Scene;

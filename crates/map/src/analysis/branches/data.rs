@@ -187,12 +187,18 @@ pub struct AttractorBranch {
 impl AttractorBranch {
     /// Points about the attractor, up to the nearest special point on either side and with it: a
     /// point at which the attractor becomes unstable or changes its contacts. Branch points do not
-    /// end the stretch.
-    pub fn stretch(&self) -> &[BranchPoint] {
+    /// end the stretch, nor do folds and flips nearer to a graze than `near` in the parameter
+    /// `along`.
+    pub fn stretch(&self, along: usize, near: f64) -> &[BranchPoint] {
         let points = &self.branch.points;
-        let bounds = |number: &usize| {
-            let special = points[*number].special.as_ref();
-            special.is_some_and(|special| special.label != BranchLabel::BranchPoint)
+        let label = |number: usize| points[number].special.as_ref().map(|special| special.label);
+        let at = |number: usize| points[number].orbit.parameters[along];
+        let bounds = |number: &usize| match label(*number) {
+            None | Some(BranchLabel::BranchPoint) => false,
+            Some(BranchLabel::Graze) => true,
+            Some(_) => [0, points.len() - 1].into_iter().all(|end| {
+                label(end) != Some(BranchLabel::Graze) || (at(end) - at(*number)).abs() > near
+            }),
         };
         let first = (0..self.place).rev().find(bounds).unwrap_or(0);
         let last = (self.place..points.len()).find(bounds).unwrap_or(points.len() - 1);

@@ -11,14 +11,14 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest};
-use crate::analysis::continuation::{
+use crate::analysis::periodic::{ContactItinerary, KeptOrbit, SectionPoints};
+use crate::analysis::progress::{Progress, Shard, place_of, resumed_if};
+use crate::analysis::work::MOST_WORK;
+use crate::continuation::{
     ContinuationEnd, ContinuationPoint, Curve, CurveEquations, Solution, StepControl, Turn,
     any_tangent, apart, between, corrected, follow, moved, normalised, searched, tangent_at,
     unit_vector, zero_near,
 };
-use crate::analysis::periodic::{ContactItinerary, KeptOrbit, SectionPoints};
-use crate::analysis::progress::{Progress, Shard, place_of, resumed_if};
-use crate::analysis::work::MOST_WORK;
 use crate::iteration::{PhaseCircle, parallel};
 use crate::numeric::linear::solve;
 use crate::numeric::{Dd, converted};

@@ -235,7 +235,7 @@ impl ChartPlane<'_> {
             let curve = orbit::curve(&scene, parameter, center, center + end, &options);
             match curve.ok()? {
                 CurveOutcome::Traced(curve) | CurveOutcome::StartNotReached(curve) => {
-                    let is_whole = curve.end == CurveEnd::Reached;
+                    let is_whole = matches!(curve.end, CurveEnd::Reached | CurveEnd::Closed);
                     Some((curve.points.iter().map(|p| self.point(p)).collect(), is_whole))
                 }
                 CurveOutcome::NotLocated(_) => None,

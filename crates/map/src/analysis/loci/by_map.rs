@@ -10,15 +10,15 @@ use super::trace::{
     beside, condition_of, is_stable, through, through_seed,
 };
 use crate::analysis::MapEvaluation;
-use crate::analysis::continuation::{
-    ContinuationPoint, Curve, CurveEquations, StepControl, any_tangent, between, corrected, follow,
-    moved, tangent_at, unit_vector,
-};
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, finite_or_one,
 };
 use crate::analysis::progress::{Progress, resumed};
 use crate::analysis::work::Unfinished;
+use crate::continuation::{
+    ContinuationPoint, Curve, CurveEquations, StepControl, any_tangent, between, corrected, follow,
+    moved, tangent_at, unit_vector,
+};
 use crate::expansion::LocalMap;
 use crate::iteration::PassageSet;
 use crate::numeric::linear::eigenvalues;

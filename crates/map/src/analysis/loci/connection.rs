@@ -9,8 +9,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::equations::{OrbitEquations, Unfolding};
-use crate::analysis::continuation::{ContinuationPoint, CurveEquations, Linearised, TestValue};
 use crate::analysis::periodic::{PrescribedReturn, PrescribedReturns};
+use crate::continuation::{ContinuationPoint, CurveEquations, Linearised, TestValue};
 use crate::numeric::Real;
 use crate::numeric::linear::inverse;
 

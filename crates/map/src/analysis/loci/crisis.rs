@@ -13,11 +13,11 @@ use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{Condition, LocusEquations, OrbitEquations};
 use super::trace::{TracedLocus, joined};
 use crate::analysis::MapEvaluation;
-use crate::analysis::continuation::{CurveEquations, StepControl, searched};
 use crate::analysis::periodic::{
     ContactItinerary, ItinerarySearch, MapOrbitEquations, MapReturns, PrescribedReturns,
 };
 use crate::analysis::progress::{Progress, resumed};
+use crate::continuation::{CurveEquations, StepControl, searched};
 use crate::expansion::LocalMap;
 use crate::iteration::{DiscreteMap, FrozenMap, HornerMap, PassageSet};
 use crate::numeric::converted;

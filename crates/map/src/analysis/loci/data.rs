@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::equations::CodimensionTwo;
-use crate::analysis::continuation::ContinuationEnd;
 use crate::analysis::periodic::ContactItinerary;
+use crate::continuation::ContinuationEnd;
 
 /// Request of [`loci`](super::loci).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

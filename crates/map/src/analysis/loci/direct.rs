@@ -19,9 +19,6 @@ use super::trace::{
 use crate::analysis::branches::{
     BranchLabel, BranchPoint, BranchRequest, Extent, Follow, followed,
 };
-use crate::analysis::continuation::{
-    ContinuationEnd, Linearised, between, corrected, farthest, unit_vector,
-};
 use crate::analysis::direct_image::DirectImage;
 use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
@@ -30,6 +27,7 @@ use crate::analysis::periodic::{
 };
 use crate::analysis::progress::{Progress, SubProgress, resumed};
 use crate::analysis::work::{MOST_WORK, Unfinished};
+use crate::continuation::{ContinuationEnd, Linearised, between, corrected, farthest, unit_vector};
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
 use crate::iteration::{PassageSet, parallel};

@@ -8,10 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::analysis::continuation::{
-    ContinuationPoint, CurveEquations, Linearised, TestValue, unit_vector,
-};
 use crate::analysis::periodic::MapOrbitEquations;
+use crate::continuation::{ContinuationPoint, CurveEquations, Linearised, TestValue, unit_vector};
 use crate::numeric::Real;
 use crate::numeric::linear::{factorize, inverse};
 
@@ -551,7 +549,7 @@ const ITERATIONS: usize = 6;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::continuation::{StepControl, Turn, follow};
+    use crate::continuation::{StepControl, Turn, follow};
 
     /// A map of one or two coordinates in two parameters, without contacts: returns the image, and
     /// the derivatives by coordinates and parameters as rows.

@@ -10,12 +10,12 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations};
-use crate::analysis::continuation::{
+use crate::analysis::periodic::ContactItinerary;
+use crate::analysis::progress::{Progress, place_of, resumed};
+use crate::continuation::{
     ContinuationEnd, CurveEquations, StepControl, any_tangent, between, corrected, farthest,
     follow, zero_near,
 };
-use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, place_of, resumed};
 use crate::numeric::{Dd, Scalar, converted};
 
 /// Values of the first parameter at which branches are searched for seeds, as shares of its range.

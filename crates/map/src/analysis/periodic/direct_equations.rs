@@ -18,13 +18,13 @@ use super::contact_itinerary::ContactItinerary;
 use super::kept_orbit::{KeptOrbit, lengths};
 use super::map_equations::{halves, is_same, reciprocal_pairs, repeats_after_half};
 use super::returns::PrescribedReturn;
-use crate::analysis::continuation::{
-    ContinuationPoint, CurveEquations, Linearised, TestValue, bordered, saved, tangent_at,
-};
 use crate::analysis::direct_image::{DirectEnd, DirectImage, SectionImage};
 use crate::analysis::error::AnalysisError;
 use crate::analysis::progress::{NoProgress, Progress};
 use crate::analysis::section_frame::extents;
+use crate::continuation::{
+    ContinuationPoint, CurveEquations, Linearised, TestValue, crossing, saved, tangent_at,
+};
 use crate::iteration::{PassageSet, PhaseCircle};
 use crate::model::Scene;
 use crate::numeric::Real;
@@ -1078,7 +1078,7 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         let mut tests = vec![
             TestValue { value: tangent[tangent.len() - 1], size: 1.0 },
             TestValue::determinant(&self.doubling(orbit)),
-            bordered(&orbit.regular, &tangent),
+            crossing(&orbit.regular, &tangent),
             self.halves(&point.unknowns),
         ];
         tests.extend(self.reciprocity(orbit));
@@ -1113,11 +1113,11 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         self.work >= self.most_work
     }
 
-    fn is_last(&self, point: &ContinuationPoint<S, DirectOrbit<S>>) -> bool {
+    fn is_last(&mut self, [_, point]: [&ContinuationPoint<S, DirectOrbit<S>>; 2]) -> bool {
         let orbit = &point.linearised.extra;
         let parameters = self.parameters(&point.unknowns);
         let may_rest = self.units.acceleration.is_some();
         self.is_repeated(orbit, REPEATED)
-            || (may_rest && self.clone().is_at_rest(orbit, &parameters))
+            || (may_rest && self.is_at_rest(orbit, &parameters))
     }
 }

@@ -10,10 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::contact_itinerary::ContactItinerary;
 use super::kept_orbit::{KeptOrbit, lengths};
 use super::orbit::{finite_or_one, window_scales};
-use crate::analysis::continuation::{
-    ContinuationPoint, CurveEquations, Linearised, TestValue, bordered,
-};
 use crate::analysis::evaluation::MapEvaluation;
+use crate::continuation::{ContinuationPoint, CurveEquations, Linearised, TestValue, crossing};
 use crate::expansion::MapWindow;
 use crate::iteration::{Tangent, Tangents};
 use crate::numeric::Real;
@@ -400,7 +398,7 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
         tests.extend(depths.iter().map(|&y| TestValue { value: y, size: 1.0 }));
         let free = point.linearised.extra.free.iter();
         tests.extend(free.map(|&(_, _, depth)| TestValue { value: depth, size: 1.0 }));
-        tests.push(bordered(&point.linearised.jacobian, &point.tangent));
+        tests.push(crossing(&point.linearised.jacobian, &point.tangent));
         let half = self.itinerary.contacts() / 2;
         tests.push(halves(depths, half, half > 0 && repeats_after_half(self.itinerary)));
         tests.extend(self.reciprocity(point));
@@ -417,7 +415,7 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
 
     /// Whether the orbit has half the period: a branch of doubled orbits ends there, as it would
     /// continue with the same orbits started half a period later.
-    fn is_last(&self, point: &ContinuationPoint<S, Self::Extra>) -> bool {
+    fn is_last(&mut self, [_, point]: [&ContinuationPoint<S, Self::Extra>; 2]) -> bool {
         self.is_repeated(&point.linearised.extra, REPEATED)
     }
 }

@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 
 use super::direct_equations::DirectOrbitEquations;
 use super::orbit::window_scales;
-use crate::analysis::continuation::CurveEquations;
 use crate::analysis::evaluation::MapEvaluation;
+use crate::continuation::CurveEquations;
 use crate::expansion::MapWindow;
 use crate::iteration::{PassageSet, Tangent, Tangents};
 use crate::numeric::Real;

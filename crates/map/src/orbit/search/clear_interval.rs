@@ -2,9 +2,10 @@
 //! orbit is followed to both sides, to its first graze or fold.
 
 use super::{
-    Curve, FAR, FamilyPoint, GROWTH, Graze, HALVINGS, LARGEST_STEP, NEAR_SETTLED, Periodic,
-    SMALLEST_STEP, STEP, Search, distance, dot, moved, scale,
+    FAR, Family, FamilyPoint, Graze, HALVINGS, NEAR_SETTLED, Periodic, STEPS, Search, Visit,
+    lowest, scale, value_at,
 };
+use crate::continuation::{StepControl, apart, dot, point_on};
 use crate::model::Scene;
 use crate::orbit::effort::Effort;
 use crate::orbit::grazing_orbit::Grazes;
@@ -88,25 +89,25 @@ pub fn clear_interval(
     for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
         let system = limited();
         let search = Search::new(&scene, &system, parameter);
-        let found = search
-            .unit(&first)
-            .and_then(|unit| Curve::through(&search, &first, unit).first_end(&first, side));
-        *end = match found {
-            Err(OrbitError::SearchTooLong) => None,
-            found => found?,
+        let mut family = Family::through(&search, &first, search.unit(&first)?);
+        let mut visit = FirstEnd { first: &first, before: None, found: None };
+        family.follow(&first, side, &STEPS_TO_END, &mut visit);
+        *end = match family.error {
+            None => visit.found,
+            Some(OrbitError::SearchTooLong) => None,
+            Some(error) => return Err(error),
         };
     }
     Ok(Ok(ClearInterval { start: first.start, gap: first.lowest.event, ends }))
 }
 
-/// First step, in units of the curve: an orbit may graze just beside the scene's.
-const FIRST_STEP: f64 = 0.01 * STEP;
+/// Steps towards an end of an interval: an orbit may graze just beside the scene's.
+const STEPS_TO_END: StepControl = StepControl { first: 0.01 * STEPS.first, most: 2000, ..STEPS };
 /// Largest change of the lowest `h` in one step, relative to the range of `h`.
 const CHANGE: f64 = 0.05;
 /// Longest period along an interval, in that at its value: a frequency falls no lower.
 const SLOWEST: f64 = 20.0;
-/// Largest number of steps towards an end of an interval, and of halvings at a fold.
-const MOST_STEPS_TO_END: usize = 2000;
+/// Largest number of halvings at a fold.
 const FOLD_HALVINGS: usize = 40;
 
 impl Search<'_> {
@@ -130,7 +131,7 @@ impl Search<'_> {
         let (settled, change) = self.settle(start, value);
         let reach = NEAR_SETTLED * self.system.length(&self.unknowns(&settled, value));
         let orbit = self.periodic(value, &settled);
-        let orbit = orbit.filter(|orbit| distance(&orbit.start, &settled) < reach);
+        let orbit = orbit.filter(|orbit| apart(&orbit.start, &settled) < reach);
         let orbit = orbit.or_else(near);
         orbit.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, change)))
     }
@@ -140,8 +141,13 @@ impl Search<'_> {
     fn unit(&self, orbit: &Periodic) -> Result<f64, OrbitError> {
         let size = orbit.value.abs();
         let trial = if size > 0.0 { size } else { 1.0 };
-        let start = Curve::through(self, orbit, trial).start(orbit, 1.0)?;
-        let by_states = start.map_or(f64::INFINITY, |point| {
+        let mut family = Family::through(self, orbit, trial);
+        let [start, along] = family.start(orbit, 1.0);
+        let there = point_on(&mut family, &start, [&start, &along], &along);
+        if let Some(error) = family.error {
+            return Err(error);
+        }
+        let by_states = there.map_or(f64::INFINITY, |point| {
             let (parameter, states) = point.tangent.split_last().unwrap_or((&0.0, &[]));
             trial * parameter.abs() / dot(states, states).sqrt()
         });
@@ -156,74 +162,63 @@ impl Search<'_> {
     }
 }
 
-impl Curve<'_> {
-    /// First graze or fold on one side of an orbit.
-    fn first_end(&self, first: &Periodic, side: f64) -> Result<Option<IntervalEnd>, OrbitError> {
-        let states = self.search.system.states;
-        let Some(mut here) = self.start(first, side)? else { return Ok(None) };
-        let (mut before, mut step): (Option<FamilyPoint>, f64) = (None, FIRST_STEP);
-        for _ in 0..MOST_STEPS_TO_END {
-            let next = self.stepped(&here, step)?;
-            let range = here.orbit.largest - here.orbit.lowest.event;
-            let is_fine = |next: &FamilyPoint| {
-                let change = (next.orbit.lowest.event - here.orbit.lowest.event).abs();
-                change <= CHANGE * range || !change.is_finite() || step < STEP * CHANGE
-            };
-            let Some(next) = next.filter(is_fine) else {
-                step *= 0.5;
-                if step < SMALLEST_STEP {
-                    return Ok(None);
-                }
-                continue;
-            };
-            let dip = before.as_ref().map(|before| self.dip(before, &here, &next)).transpose()?;
-            let [crossed, rest] = [dip.flatten(), Some(next.clone())];
-            for to in crossed.into_iter().chain(rest) {
-                if here.orbit.lowest.event * to.orbit.lowest.event < 0.0
-                    && let Some(graze) = self.graze_inside(&here, &to)?
-                {
-                    let state = graze.unknowns[..self.search.system.dimension].to_vec();
-                    return Ok(Some(IntervalEnd::Graze { value: graze.value, state }));
-                }
-            }
-            if next.tangent[states] * here.tangent[states] < 0.0 {
-                return Ok(Some(IntervalEnd::Fold { value: self.fold(&here, &next)? }));
-            }
-            let period = self.period(&next.orbit);
-            let unit = self.units[states];
-            if next.orbit.value * first.value < 0.0
-                || (next.orbit.value - first.value).abs() > FAR * unit
-                || !(0.0..SLOWEST * self.period(first)).contains(&period)
-            {
-                return Ok(None);
-            }
-            before = Some(std::mem::replace(&mut here, next));
-            step = (step * GROWTH).min(LARGEST_STEP);
-        }
-        Ok(None)
+/// Search for the first graze or fold on one side of an orbit.
+struct FirstEnd<'a> {
+    first: &'a Periodic,
+    /// Last point but two.
+    before: Option<FamilyPoint>,
+    found: Option<IntervalEnd>,
+}
+
+impl Visit for FirstEnd<'_> {
+    fn may_pass(&self, [here, next]: [&FamilyPoint; 2]) -> bool {
+        let Some(orbit) = &here.linearised.extra else { return false };
+        let change = (lowest(next) - lowest(here)).abs();
+        change <= CHANGE * (orbit.largest - orbit.lowest.event)
+            || !change.is_finite()
+            || apart(&here.unknowns, &next.unknowns) < CHANGE * STEPS.first
     }
 
+    fn is_last(&mut self, family: &mut Family<'_>, [here, next]: [&FamilyPoint; 2]) -> bool {
+        let Some(orbit) = &next.linearised.extra else { return true };
+        let dip = self.before.as_ref().and_then(|before| family.dip(before, here, next));
+        self.before = Some(here.clone());
+        for to in dip.iter().chain([next]) {
+            if lowest(here) * lowest(to) < 0.0
+                && let Some(graze) = family.graze_inside([here, to])
+            {
+                let state = graze.unknowns[..family.search.system.dimension].to_vec();
+                self.found = Some(IntervalEnd::Graze { value: graze.value, state });
+                return true;
+            }
+        }
+        let parameter = family.search.system.states;
+        if next.tangent[parameter] * here.tangent[parameter] < 0.0 {
+            self.found = Some(IntervalEnd::Fold { value: family.fold([here, next]) });
+            return true;
+        }
+        let [period, first] = [orbit, self.first].map(|orbit| family.period(orbit));
+        orbit.value * self.first.value < 0.0
+            || (orbit.value - self.first.value).abs() > FAR * family.units[parameter]
+            || !(0.0..SLOWEST * first).contains(&period)
+    }
+}
+
+impl Family<'_> {
     /// Graze between two points at which the lowest `h` has opposite signs, at a value between
     /// theirs: Newton's method may come to a further one.
-    fn graze_inside(
-        &self,
-        here: &FamilyPoint,
-        to: &FamilyPoint,
-    ) -> Result<Option<Graze>, OrbitError> {
-        let (mut ends, mut found) = ([here.clone(), to.clone()], None);
+    fn graze_inside(&mut self, ends: [&FamilyPoint; 2]) -> Option<Graze> {
+        let (mut ends, mut found) = (ends.map(Clone::clone), None);
         for _ in 0..HALVINGS {
-            let [from, to] = [0, 1].map(|end| ends[end].orbit.value);
-            let Some(graze) = self.graze_between(&ends[0], &ends[1])? else { break };
+            let [from, to] = ends.each_ref().map(value_at);
+            let Some(graze) = self.graze_between(ends.each_ref()) else { break };
             let is_inside = (graze.value - from) * (graze.value - to) <= 0.0;
             found = Some(graze);
-            if is_inside {
+            if is_inside || self.halve(&mut ends, lowest).is_none() {
                 break;
             }
-            let Some(middle) = self.halfway(&ends)? else { break };
-            let same = middle.orbit.lowest.event * ends[0].orbit.lowest.event > 0.0;
-            ends[usize::from(!same)] = middle;
         }
-        Ok(found)
+        found
     }
 
     fn period(&self, orbit: &Periodic) -> f64 {
@@ -234,46 +229,40 @@ impl Curve<'_> {
     /// Orbit between three others at which the lowest `h` has another sign, where a parabola
     /// through theirs has.
     fn dip(
-        &self,
+        &mut self,
         before: &FamilyPoint,
         here: &FamilyPoint,
         next: &FamilyPoint,
-    ) -> Result<Option<FamilyPoint>, OrbitError> {
-        let gap = |point: &FamilyPoint| point.orbit.lowest.event;
-        let sign = gap(here).signum();
-        let [a, b, c] = [gap(before), gap(here), gap(next)].map(|gap| sign * gap);
+    ) -> Option<FamilyPoint> {
+        let sign = lowest(here).signum();
+        let [a, b, c] = [before, here, next].map(|point| sign * lowest(point));
         if !(b < a && b < c && a.is_finite() && c.is_finite()) {
-            return Ok(None);
+            return None;
         }
-        let left = -distance(&before.unknowns, &here.unknowns);
-        let right = distance(&next.unknowns, &here.unknowns);
+        let left = -apart(&before.unknowns, &here.unknowns);
+        let right = apart(&next.unknowns, &here.unknowns);
         // b + s (place) + q place²
         let (by_left, by_right) = ((a - b) / left, (c - b) / right);
         let curvature = (by_right - by_left) / (right - left);
         let slope = by_right - curvature * right;
         let place = -0.5 * slope / curvature;
         if b + 0.5 * slope * place > 0.5 * b {
-            return Ok(None);
+            return None;
         }
-        let there = if place < 0.0 { before } else { next };
-        let ends = moved(&there.unknowns, &here.unknowns, -1.0);
-        let share = place.abs() / if place < 0.0 { -left } else { right };
-        let middle = moved(&here.unknowns, &ends, share);
-        let found = self.corrected(&middle, &middle, &ends)?;
-        let Some(found) = found else { return Ok(None) };
-        let middle = self.point(found, &here.tangent)?;
-        Ok(middle.filter(|middle| sign * gap(middle) < 0.0))
+        let (there, length) = if place < 0.0 { (before, -left) } else { (next, right) };
+        let middle = self.between([here, there], place.abs() / length)?;
+        (sign * lowest(&middle) < 0.0).then_some(middle)
     }
 
     /// Value of the parameter at the fold between two points of the curve.
-    fn fold(&self, here: &FamilyPoint, next: &FamilyPoint) -> Result<f64, OrbitError> {
+    fn fold(&mut self, ends: [&FamilyPoint; 2]) -> f64 {
         let last = self.search.system.states;
-        let mut ends = [here.clone(), next.clone()];
+        let mut ends = ends.map(Clone::clone);
         for _ in 0..FOLD_HALVINGS {
-            let Some(middle) = self.halfway(&ends)? else { break };
-            let same = middle.tangent[last] * ends[0].tangent[last] > 0.0;
-            ends[usize::from(!same)] = middle;
+            if self.halve(&mut ends, |point| point.tangent[last]).is_none() {
+                break;
+            }
         }
-        Ok(ends[0].orbit.value)
+        value_at(&ends[0])
     }
 }

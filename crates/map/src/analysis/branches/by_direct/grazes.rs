@@ -10,11 +10,11 @@ use nalgebra::DVector;
 use super::{AT_GRAZE, DirectBranches, DirectPoint, DirectTrace, in_points_of};
 use crate::analysis::branches::data::{Branch, BranchEnd, BranchLabel, BranchPoint, Special};
 use crate::analysis::branches::trace::exact_or_zero;
-use crate::analysis::continuation::{
-    ContinuationPoint, Linearised, apart, by_chords, corrected, dot, moved, tangent_at, unit_vector,
-};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, FoundOrbit, OrbitContact,
+};
+use crate::continuation::{
+    ContinuationPoint, Linearised, apart, by_chords, corrected, dot, moved, tangent_at, unit_vector,
 };
 use crate::numeric::{Dd, converted, last_that_holds};
 

@@ -3,10 +3,10 @@
 
 use super::{DirectBranches, DirectTrace, guesses_at};
 use crate::analysis::branches::trace::Traces;
-use crate::analysis::continuation::{corrected, unit_vector};
 use crate::analysis::motion::MotionEvents;
 use crate::analysis::periodic::{ContactItinerary, DirectOrbit};
 use crate::analysis::time_series::TimeSeriesRequest;
+use crate::continuation::{corrected, unit_vector};
 
 /// Places of orbits that are compared, as shares of the points of a branch.
 const COMPARED: [f64; 3] = [0.25, 0.5, 0.75];

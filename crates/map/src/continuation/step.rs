@@ -43,12 +43,22 @@ pub struct StepControl {
     /// Most consecutive steps in which the zeros of test functions are not all known, even with the
     /// shortest step.
     pub unresolved: usize,
+    /// Size of an unknown beyond which the longest step grows in proportion to it, if it does.
+    pub far: Option<f64>,
 }
 
 impl StepControl {
     /// Step lengths that suit most curves.
     pub const DEFAULT: Self =
-        Self { first: 0.02, longest: 0.4, shortest: 1e-9, most: 400, unresolved: 400 };
+        Self { first: 0.02, longest: 0.4, shortest: 1e-9, most: 400, unresolved: 400, far: None };
+
+    /// Longest step from a point.
+    pub(super) fn longest_at<S: Real>(&self, unknowns: &[S]) -> f64 {
+        match self.far {
+            Some(far) => self.longest * largest(unknowns).max(far) / far,
+            None => self.longest,
+        }
+    }
 }
 
 /// Most Newton steps of a corrector.
@@ -168,20 +178,20 @@ fn corrected_with<S: Real, C: CurveEquations<S> + ?Sized>(
         let right = residual.insert_row(unknowns.len() - 1, offset(&unknowns, origin, normal));
         let step = factors.as_ref()?.solve(&-right).ok()?;
         let length = largest(&step);
-        let small = length <= S::ROUNDOFF.sqrt();
-        if !length.is_finite() || (length > SHRINKING * last && !small) {
+        let converged = length <= S::ROUNDOFF.powf(0.75);
+        // Slow steps may be rounding or a Jacobian that is no longer right: Newton's method tells.
+        if !converged && !(length <= SHRINKING * last) {
             break;
         }
         for (value, &change) in unknowns.iter_mut().zip(step.iter()) {
             *value += change;
         }
-        let converged = length <= S::ROUNDOFF.powf(0.75);
-        if converged || (small && length >= STALLED * last) {
-            return solved(curve, unknowns, converged);
+        if converged {
+            return solved(curve, unknowns, true);
         }
         last = length;
     }
-    corrected(curve, start, origin, normal)
+    curve.solution(start, [origin, normal])
 }
 
 /// Signed distance of a point from the plane through `origin` normal to `normal`.
@@ -247,26 +257,26 @@ pub fn tangent_at<S: Real>(jacobian: &DMatrix<S>, along: &[S]) -> Option<Vec<S>>
 
 /// Unit tangent along which the last unknown grows, or if that is impossible the one before it, and
 /// so on.
-pub(in crate::analysis) fn any_tangent(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
+pub(crate) fn any_tangent(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
     let size = jacobian.ncols();
     (0..size).rev().find_map(|place| tangent_at(jacobian, &unit_vector(size, place)))
 }
 
-/// Appends a row to a matrix.
-fn bordered<S: Real>(jacobian: &DMatrix<S>, row: &[S]) -> DMatrix<S> {
+/// Jacobian of a curve with another row.
+pub(crate) fn bordered<S: Real>(jacobian: &DMatrix<S>, row: &[S]) -> DMatrix<S> {
     let size = row.len();
     DMatrix::from_fn(size, size, |i, j| if i + 1 < size { jacobian[(i, j)] } else { row[j] })
 }
 
 /// Point of the curve on the plane through `origin` normal to `normal`, with its tangent on the
 /// side of `along`.
-pub(super) fn point_on<S: Real, C: CurveEquations<S> + ?Sized>(
+pub(crate) fn point_on<S: Real, C: CurveEquations<S> + ?Sized>(
     curve: &mut C,
     start: &[S],
-    [origin, normal]: [&[S]; 2],
+    plane: [&[S]; 2],
     along: &[S],
 ) -> Option<ContinuationPoint<S, C::Extra>> {
-    let found = corrected(curve, start, origin, normal)?;
+    let found = curve.solution(start, plane)?;
     point_of(curve, found, along)
 }
 
@@ -278,6 +288,9 @@ fn point_of<S: Real, C: CurveEquations<S> + ?Sized>(
 ) -> Option<ContinuationPoint<S, C::Extra>> {
     let tangent = tangent_at(&linearised.jacobian, along)?;
     let mut point = ContinuationPoint { unknowns, tangent, linearised, tests: Vec::new() };
+    if !curve.complete(&mut point) {
+        return None;
+    }
     point.tests = curve.tests(&point);
     let finite = point.tests.iter().all(|test| test.value.is_finite());
     finite.then_some(point)
@@ -305,13 +318,13 @@ impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
         pairs.map(|((&u, &a), &n)| (u - a) * n).sum::<S>() / self.length
     }
 
-    /// Point of the curve on the normal plane at a fraction of the chord; the start is the cubic
-    /// with the tangents at the ends.
-    pub(super) fn point<C: CurveEquations<S, Extra = X> + ?Sized>(
+    /// Solution on the normal plane at a fraction of the chord; the start is the cubic with the
+    /// tangents at the ends.
+    fn solution<C: CurveEquations<S, Extra = X> + ?Sized>(
         &self,
         curve: &mut C,
         share: S,
-    ) -> Option<ContinuationPoint<S, X>> {
+    ) -> Option<Solution<S, X>> {
         let rest = S::one() - share;
         let [a, b] = self.ends;
         let pairs = a.unknowns.iter().zip(&b.unknowns);
@@ -322,8 +335,35 @@ impl<'a, S: Real, X: Clone> Chord<'a, S, X> {
         });
         let start: Vec<S> = origin.iter().zip(bend).map(|(&origin, bend)| origin + bend).collect();
         let jacobian = &a.linearised.jacobian * rest + &b.linearised.jacobian * share;
-        let found = corrected_with(curve, &start, &origin, &self.normal, &jacobian)?;
-        point_of(curve, found, &a.tangent)
+        corrected_with(curve, &start, &origin, &self.normal, &jacobian)
+    }
+
+    /// Point of the curve on the normal plane at a fraction of the chord.
+    pub(super) fn point<C: CurveEquations<S, Extra = X> + ?Sized>(
+        &self,
+        curve: &mut C,
+        share: S,
+    ) -> Option<ContinuationPoint<S, X>> {
+        let found = self.solution(curve, share)?;
+        point_of(curve, found, &self.ends[0].tangent)
+    }
+
+    /// Zero of a function with these values at the ends, to rounding: what `found` gives at the
+    /// fraction of the chord with the smallest value; `None` if the values have one sign.
+    fn zero<T>(&self, values: [S; 2], mut found: impl FnMut(S) -> Option<(S, T)>) -> Option<T> {
+        let bracket = Bracket::new(S::zero(), S::one(), values[0], values[1]).ok()?;
+        let mut best: Option<(f64, T)> = None;
+        let tolerance = S::from_f64(0.5 * S::ROUNDOFF) / self.length;
+        bracket.itp((values[0], values[1]), tolerance, |share| {
+            let Some((value, there)) = found(share) else {
+                return S::from_f64(f64::NAN);
+            };
+            if best.as_ref().is_none_or(|(least, _)| value.magnitude() < *least) {
+                best = Some((value.magnitude(), there));
+            }
+            value
+        });
+        best.map(|(_, there)| there)
     }
 }
 
@@ -339,20 +379,26 @@ pub fn zero_between<S: Real, C: CurveEquations<S> + ?Sized>(
         return Some(ends[1].clone());
     }
     let chord = Chord::new(ends)?;
-    let bracket = Bracket::new(S::zero(), S::one(), values[0], values[1]).ok()?;
-    let mut best: Option<(f64, ContinuationPoint<S, C::Extra>)> = None;
-    let tolerance = S::from_f64(0.5 * S::ROUNDOFF) / chord.length;
-    bracket.itp((values[0], values[1]), tolerance, |share| {
-        let Some(point) = chord.point(curve, share) else {
-            return S::from_f64(f64::NAN);
-        };
-        let found = value(&point);
-        if best.as_ref().is_none_or(|(least, _)| found.magnitude() < *least) {
-            best = Some((found.magnitude(), point));
-        }
-        found
-    });
-    best.map(|(_, point)| point)
+    chord.zero(values, |share| {
+        let point = chord.point(curve, share)?;
+        Some((value(&point), point))
+    })
+}
+
+/// Zero as by [`zero_between`], of a function of unknowns that need not have a point of the curve:
+/// what `value` gives there beside the value.
+pub(crate) fn zero_on_chord<S: Real, C: CurveEquations<S> + ?Sized, T>(
+    curve: &mut C,
+    ends: [&ContinuationPoint<S, C::Extra>; 2],
+    values: [S; 2],
+    value: impl Fn(&mut C, &[S]) -> Option<(S, T)>,
+) -> Option<(S, T)> {
+    let chord = Chord::new(ends)?;
+    chord.zero(values, |share| {
+        let (unknowns, _) = chord.solution(curve, share)?;
+        let (value, there) = value(curve, &unknowns)?;
+        Some((value, (value, there)))
+    })
 }
 
 /// Most secant steps to a zero.

@@ -10,24 +10,24 @@
 //! predictor u + ds t,  corrector F = 0 and t · (u' − u − ds t) = 0
 //! ```
 //!
-//! Examples: orbits of an itinerary in one parameter, by the map (`periodic::MapOrbitEquations`); a
-//! locus in two parameters, which has one more unknown and one more residual, a test function of
-//! the orbits that must vanish. Every step is sampled at the Chebyshev points, so that the number
-//! of zeros in a step is either known or reported as unknown. Numbers are `f64` or double-double.
+//! Examples: grazing orbits in two parameters and orbits of the free flow in one (`orbit`); orbits
+//! of an itinerary in one parameter (`analysis::periodic`); a locus in two parameters, which has
+//! one more unknown and one more residual, a test function of the orbits that must vanish
+//! (`analysis::loci`). Every step is sampled at the Chebyshev points, so that the number of zeros
+//! in a step is either known or reported as unknown. Numbers are `f64` or double-double.
 
 mod curve;
+mod sampled;
 mod step;
 mod vectors;
 
 pub use curve::{ContinuationEnd, Curve, Turn, follow};
-pub(in crate::analysis) use step::any_tangent;
 pub use step::{
     ContinuationPoint, Solution, StepControl, by_chords, corrected, searched, tangent_at,
     zero_between, zero_near,
 };
-pub(in crate::analysis) use vectors::{
-    apart, between, dot, farthest, largest, moved, normalised, unit_vector,
-};
+pub(crate) use step::{any_tangent, bordered, point_on, zero_on_chord};
+pub(crate) use vectors::{apart, between, dot, farthest, largest, moved, normalised, unit_vector};
 
 use nalgebra::{DMatrix, DVector};
 use serde::de::DeserializeOwned;
@@ -50,8 +50,25 @@ pub trait CurveEquations<S: Real> {
         self.linearised(unknowns).map(|there| there.residual)
     }
 
+    /// Solution on the plane through `origin` normal to `normal`, from a start near it. By Newton's
+    /// method unless the equations have several forms.
+    fn solution(
+        &mut self,
+        start: &[S],
+        [origin, normal]: [&[S]; 2],
+    ) -> Option<Solution<S, Self::Extra>> {
+        corrected(self, start, origin, normal)
+    }
+
+    /// Adds data that no equation needs to a point of the curve, before its test functions; returns
+    /// whether the curve has such a point.
+    fn complete(&mut self, _point: &mut ContinuationPoint<S, Self::Extra>) -> bool {
+        true
+    }
+
     /// Test functions at a point of the curve, as many and in the same order at every point. They
-    /// are smooth along the curve; [`TestValue::turn`] is the one for a turn of an unknown.
+    /// are smooth along the curve; [`TestValue::turn`] is the one for a turn of an unknown. Steps
+    /// of a curve without test functions are not sampled.
     fn tests(&self, point: &ContinuationPoint<S, Self::Extra>) -> Vec<TestValue<S>>;
 
     /// Range of an unknown: the curve ends where an unknown leaves its range, at a point solved for
@@ -67,8 +84,14 @@ pub trait CurveEquations<S: Real> {
         false
     }
 
-    /// Whether the curve ends at a point.
-    fn is_last(&self, _point: &ContinuationPoint<S, Self::Extra>) -> bool {
+    /// Whether the curve may pass from one point to the next; a shorter step is tried if not.
+    fn is_passable(&mut self, _ends: [&ContinuationPoint<S, Self::Extra>; 2]) -> bool {
+        true
+    }
+
+    /// Whether the curve ends at the last of two successive points. Called once for every point of
+    /// the curve after the first, in order.
+    fn is_last(&mut self, _ends: [&ContinuationPoint<S, Self::Extra>; 2]) -> bool {
         false
     }
 }
@@ -92,11 +115,12 @@ pub struct Linearised<S, X = ()> {
 
 /// Determinant of the Jacobian with the tangent as its last row: zero where another branch passes
 /// through the point.
-pub fn bordered<S: Real>(jacobian: &DMatrix<S>, tangent: &[S]) -> TestValue<S> {
-    let size = tangent.len();
-    let entry = |i, j| if i + 1 < size { jacobian[(i, j)] } else { tangent[j] };
-    TestValue::determinant(&DMatrix::from_fn(size, size, entry))
+pub fn crossing<S: Real>(jacobian: &DMatrix<S>, tangent: &[S]) -> TestValue<S> {
+    TestValue::determinant(&bordered(jacobian, tangent))
 }
+
+/// Rounding of a test function relative to its size, in units of the roundoff.
+const NOISE: f64 = 64.0;
 
 /// A test function at a point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -113,6 +137,24 @@ impl<S: Real> TestValue<S> {
         Self { value: point.tangent[unknown], size: 1.0 }
     }
 
+    /// Value that is known up to `noise`.
+    pub(crate) fn known_to(value: S, noise: f64) -> Self {
+        Self { value, size: noise / (NOISE * S::ROUNDOFF) }
+    }
+
+    /// Value; 0 if it is within rounding.
+    pub(crate) fn beyond_rounding(&self) -> S {
+        match self.value.magnitude() <= self.noise() {
+            true => S::zero(),
+            false => self.value,
+        }
+    }
+
+    /// Rounding of the value.
+    pub(crate) fn noise(&self) -> f64 {
+        NOISE * S::ROUNDOFF * self.size
+    }
+
     /// `det M`, with rounding relative to the product of the rows' largest entries.
     pub fn determinant(matrix: &DMatrix<S>) -> Self {
         let rows = matrix.row_iter();
@@ -123,13 +165,13 @@ impl<S: Real> TestValue<S> {
 }
 
 /// Serialisation of matrices in kept pieces, for `#[serde(with)]`: shape, and entries by columns.
-pub(in crate::analysis) mod saved {
+pub(crate) mod saved {
     use nalgebra::{DMatrix, DVector};
     use serde::de::{DeserializeOwned, Error};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     /// A type that is serialised in another form.
-    pub(in crate::analysis) trait Saved: Sized {
+    pub(crate) trait Saved: Sized {
         type Form: Serialize + DeserializeOwned;
 
         fn form(&self) -> Self::Form;
@@ -187,14 +229,14 @@ pub(in crate::analysis) mod saved {
         }
     }
 
-    pub(in crate::analysis) fn serialize<T: Saved, S: Serializer>(
+    pub(crate) fn serialize<T: Saved, S: Serializer>(
         value: &T,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
         value.form().serialize(serializer)
     }
 
-    pub(in crate::analysis) fn deserialize<'de, T: Saved, D: Deserializer<'de>>(
+    pub(crate) fn deserialize<'de, T: Saved, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<T, D::Error> {
         let form = T::Form::deserialize(deserializer)?;

@@ -5,10 +5,10 @@ use std::array::from_fn;
 use serde::{Deserialize, Serialize};
 
 use super::CurveEquations;
+use super::sampled::{SAMPLES, Zeros, places, zeros};
 use super::step::{Chord, ContinuationPoint, StepControl, point_on, zero_between};
 use super::vectors::{dot, moved, norm};
 use crate::numeric::Real;
-use crate::orbit::sampled::{SAMPLES, Zeros, places, zeros};
 
 /// A piece of a curve.
 #[derive(Clone, Debug)]
@@ -22,6 +22,17 @@ pub struct Curve<S, X = ()> {
     pub unresolved: Vec<(usize, [usize; 2])>,
     /// Reason for the end.
     pub end: ContinuationEnd,
+}
+
+impl<S, X> Curve<S, X> {
+    /// Adds a stretch that is not resolved, or extends the known one that ends where it begins.
+    fn add_unresolved(&mut self, test: usize, ends: [usize; 2]) {
+        let mut known = self.unresolved.iter_mut();
+        match known.find(|(other, known)| *other == test && known[1] == ends[0]) {
+            Some((_, known)) => known[1] = ends[1],
+            None => self.unresolved.push((test, ends)),
+        }
+    }
 }
 
 /// A zero of a test function.
@@ -57,8 +68,6 @@ pub enum ContinuationEnd {
 const STRAIGHT: f64 = 0.97;
 /// Ratio of the next step's length to the last.
 const GROWTH: f64 = 1.5;
-/// Rounding of a test function relative to its size, in units of the roundoff.
-const NOISE: f64 = 64.0;
 /// Largest distance from a border at which a point counts as on it.
 const AT_BORDER: f64 = 1e-10;
 /// Largest distance, relative to the step, at which a curve has closed at its first point.
@@ -76,7 +85,7 @@ pub fn follow<S: Real, C: CurveEquations<S> + ?Sized>(
 ) -> Option<Curve<S, C::Extra>> {
     let first = point_on(equations, start, [start, along], along)?;
     let tests = first.tests.iter().enumerate();
-    let zeros = tests.filter(|(_, test)| beyond_rounding(test) == S::zero());
+    let zeros = tests.filter(|(_, test)| test.beyond_rounding() == S::zero());
     let turns = zeros.map(|(test, _)| Turn { point: 0, test }).collect();
     let mut follower = CurveFollower {
         curve: Curve {
@@ -109,10 +118,21 @@ enum Within<S, X> {
     Beyond(Option<usize>),
 }
 
-/// Points of a step without its first, and indices of test functions that may have more zeros.
+/// Points of a step without its first, with their places in `(0, 1]`, and what its samples tell.
 struct CurveStep<S, X> {
-    points: Vec<ContinuationPoint<S, X>>,
-    unresolved: Vec<usize>,
+    points: Vec<(f64, ContinuationPoint<S, X>)>,
+    resolution: Resolution,
+}
+
+/// Zeros of all test functions along a step, as far as its samples tell.
+#[derive(Default)]
+struct Resolution {
+    /// Places between the sample places that separate zeros.
+    parting: Vec<f64>,
+    /// Test functions (indices) that may have more zeros, each with the place; `None` is the whole
+    /// step.
+    unresolved: Vec<(usize, Option<f64>)>,
+    /// Whether a shorter step would resolve more.
     too_long: bool,
 }
 
@@ -125,24 +145,25 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
             let Some((step, taken)) = self.step(&here, length) else {
                 return self.no_step();
             };
-            length = (GROWTH * taken).min(self.control.longest);
-            too_long = if step.too_long { too_long + 1 } else { 0 };
+            length = (GROWTH * taken).min(self.control.longest_at(&here.unknowns));
+            let CurveStep { points, resolution } = step;
+            too_long = if resolution.too_long { too_long + 1 } else { 0 };
             if too_long > self.control.unresolved {
                 return ContinuationEnd::StepTooSmall;
             }
-            let from = self.curve.points.len() - 1;
-            let mut end = None;
-            for next in step.points {
-                end = self.add(next);
-                if end.is_some() {
-                    break;
+            let mut before = 0.0;
+            for (place, next) in points {
+                let from = self.curve.points.len() - 1;
+                let end = self.add(next);
+                for &(test, at) in &resolution.unresolved {
+                    if at.is_none_or(|at| before < at && at <= place) {
+                        self.curve.add_unresolved(test, [from, self.curve.points.len() - 1]);
+                    }
                 }
-            }
-            let to = self.curve.points.len() - 1;
-            let unresolved = step.unresolved.into_iter().map(|test| (test, [from, to]));
-            self.curve.unresolved.extend(unresolved);
-            if let Some(end) = end {
-                return end;
+                if let Some(end) = end {
+                    return end;
+                }
+                before = place;
             }
         }
         ContinuationEnd::StepLimit
@@ -166,7 +187,9 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
         let mut longest = None;
         while length >= self.control.shortest && !self.equations.is_spent() {
             match self.try_step(here, length) {
-                Some(step) if step.too_long => longest = longest.or(Some((step, length))),
+                Some(step) if step.resolution.too_long => {
+                    longest = longest.or(Some((step, length)))
+                }
                 Some(step) => return Some((step, length)),
                 None => {}
             }
@@ -185,6 +208,11 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
         if distance(&next.unknowns, &predicted) > 0.3 * length || !straight(&next) {
             return None;
         }
+        if next.tests.is_empty() {
+            let points = vec![(1.0, next)];
+            let resolution = Resolution::default();
+            return self.is_passable(here, &points).then_some(CurveStep { points, resolution });
+        }
         let chord = Chord::new([here, &next])?;
         let inner = &places()[1..SAMPLES - 1];
         let mut points = vec![(0.0, here.clone())];
@@ -193,13 +221,24 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
             points.push((place, point));
         }
         points.push((1.0, next.clone()));
-        let (parting, unresolved, too_long) = resolution::<S, X>(&points);
-        for place in parting {
+        let resolution = resolution::<S, X>(&points);
+        for &place in &resolution.parting {
             points.push((place, chord.point(self.equations, S::from_f64(place))?));
         }
         points.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        let points = points.into_iter().skip(1).map(|(_, point)| point).collect();
-        Some(CurveStep { points, unresolved, too_long })
+        points.remove(0);
+        self.is_passable(here, &points).then_some(CurveStep { points, resolution })
+    }
+
+    /// Whether the equations let the curve pass from point to point of a step.
+    fn is_passable(
+        &mut self,
+        here: &ContinuationPoint<S, X>,
+        points: &[(f64, ContinuationPoint<S, X>)],
+    ) -> bool {
+        let points = points.iter().map(|(_, point)| point);
+        let mut pairs = std::iter::once(here).chain(points.clone()).zip(points);
+        pairs.all(|(from, to)| self.equations.is_passable([from, to]))
     }
 
     /// Adds a point and the zeros before it; returns the reason if the curve ends there.
@@ -213,7 +252,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
         };
         let mut found = Vec::new();
         for test in 0..here.tests.len() {
-            let [a, b] = [&here, &next].map(|point| beyond_rounding(&point.tests[test]));
+            let [a, b] = [&here, &next].map(|point| point.tests[test].beyond_rounding());
             if a == S::zero() || (a * b).to_f64() > 0.0 {
                 continue;
             }
@@ -229,7 +268,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
             if share >= 1.0 {
                 continue;
             }
-            let last = self.equations.is_last(&zero);
+            let last = self.is_last(&zero);
             self.curve.turns.push(Turn { point: self.curve.points.len(), test });
             self.curve.points.push(zero);
             if last {
@@ -237,19 +276,25 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
             }
         }
         for (test, value) in next.tests.iter().enumerate() {
-            if beyond_rounding(value) == S::zero()
-                && beyond_rounding(&here.tests[test]) != S::zero()
+            if value.beyond_rounding() == S::zero()
+                && here.tests[test].beyond_rounding() != S::zero()
             {
                 self.curve.turns.push(Turn { point: self.curve.points.len(), test });
             }
         }
         let closed = self.closes(&here, &next);
-        let last = self.equations.is_last(&next);
+        let last = self.is_last(&next);
         self.curve.points.push(next);
         border
             .map(|unknown| ContinuationEnd::Border { unknown })
             .or(closed.then_some(ContinuationEnd::Closed))
             .or(last.then_some(ContinuationEnd::Last))
+    }
+
+    /// Whether the curve ends at a point that is added next.
+    fn is_last(&mut self, next: &ContinuationPoint<S, X>) -> bool {
+        let here = &self.curve.points[self.curve.points.len() - 1];
+        self.equations.is_last([here, next])
     }
 
     /// The point, or the first point before it at which the curve crosses a border.
@@ -309,28 +354,25 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
     }
 }
 
-/// Resolution of the zeros of test functions by the samples of a step: places that separate zeros,
-/// indices of the functions that may have more zeros, and whether a shorter step would resolve
-/// them.
-fn resolution<S: Real, X>(
-    points: &[(f64, ContinuationPoint<S, X>)],
-) -> (Vec<f64>, Vec<usize>, bool) {
-    let (mut parting, mut unresolved, mut too_long) = (Vec::new(), Vec::new(), false);
+/// Resolution of the zeros of test functions by the samples of a step.
+fn resolution<S: Real, X>(points: &[(f64, ContinuationPoint<S, X>)]) -> Resolution {
+    let mut found = Resolution::default();
     for test in 0..points[0].1.tests.len() {
         let of = |place: usize| points[place].1.tests[test];
         let samples: [f64; SAMPLES] = from_fn(|place| of(place).value.to_f64());
-        let size = (0..SAMPLES).map(|place| of(place).size).fold(0.0, f64::max);
-        match zeros(&samples, NOISE * S::ROUNDOFF * size) {
-            Zeros::Parted(places) => parting.extend(places),
-            Zeros::Rounding(places) if places.is_empty() => {}
-            Zeros::Rounding(_) => unresolved.push(test),
+        let noise = (0..SAMPLES).map(|place| of(place).noise()).fold(0.0, f64::max);
+        match zeros(&samples, noise) {
+            Zeros::Parted(places) => found.parting.extend(places),
+            Zeros::Rounding(places) => {
+                found.unresolved.extend(places.into_iter().map(|at| (test, Some(at))));
+            }
             Zeros::TooLong => {
-                too_long = true;
-                unresolved.push(test);
+                found.too_long = true;
+                found.unresolved.push((test, None));
             }
         }
     }
-    (parting, unresolved, too_long)
+    found
 }
 
 /// Euclidean distance of two points.
@@ -338,20 +380,12 @@ fn distance<S: Real>(a: &[S], b: &[S]) -> f64 {
     norm(&a.iter().zip(b).map(|(&a, &b)| a - b).collect::<Vec<_>>()).to_f64()
 }
 
-/// Value of a test function; 0 if it is within rounding.
-fn beyond_rounding<S: Real>(test: &super::TestValue<S>) -> S {
-    match test.value.magnitude() <= NOISE * S::ROUNDOFF * test.size {
-        true => S::zero(),
-        false => test.value,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
-    use crate::analysis::continuation::{Linearised, TestValue, zero_near};
+    use crate::continuation::{Linearised, TestValue, zero_near};
     use crate::numeric::{Dd, Scalar};
 
     /// The circle `x² + y² = 1`, with tests `x − 1/2` and the turn of `y`.
