@@ -491,6 +491,54 @@ fn a_motion_with_two_section_points_has_one_branch_and_no_graze_where_hits_are_r
     assert!(flips.iter().any(|at| (at - 1.538_113_967).abs() < 1e-8), "{flips:?}");
 }
 
+/// A stroboscopic section anywhere in the period: the left hits lie between it and the graze, or it
+/// lies behind the graze, or before it.
+#[test]
+fn a_branch_has_its_graze_wherever_the_section_lies_among_the_hits() {
+    for phase in ["0.5", "1.5", "2.5", "4", "5.5"] {
+        let section = [("section.kind", "\"stroboscopic\""), ("section.phase", phase)];
+        let map = map_of(scene_with("two_sided", &section));
+        let found = branches(&map, &["1", "0"], [-0.05, 0.05], true).branches;
+        let grazes = found.iter().map(|branch| {
+            let label = |point: &&BranchPoint| {
+                point.special.as_ref().is_some_and(|at| at.label == BranchLabel::Graze)
+            };
+            let grazes = branch.points.iter().filter(label);
+            let offsets = grazes.map(|point| point.orbit.parameters[0]).collect::<Vec<_>>();
+            (branch.itinerary.to_string(), offsets)
+        });
+        let grazes: Vec<(String, Vec<f64>)> = grazes.collect();
+        assert_eq!(grazes.len(), 2, "{phase}: {grazes:?}");
+        for (itinerary, offsets) in &grazes {
+            let is_one = matches!(offsets[..], [offset] if offset.abs() < 1e-13);
+            assert!(is_one, "{phase}, {itinerary}: {offsets:?}");
+        }
+    }
+}
+
+/// Without contact the orbit is proportional to the amplitude, and its branch is one piece.
+#[test]
+fn a_branch_without_contact_is_one_piece_far_from_the_graze() {
+    for phase in ["0.5", "1", "3"] {
+        let settings = [
+            ("omega", "0.7"),
+            ("zeta", "0.2"),
+            ("section.kind", "\"stroboscopic\""),
+            ("section.phase", phase),
+        ];
+        let map = map_of(scene_with("linear", &settings));
+        let graze = 0.581_807_528_311_554_2;
+        let range = [0.01 - graze, 0.6 - graze];
+        let found = branches(&map, &["0"], range, true).branches;
+        let free: Vec<&Branch> =
+            found.iter().filter(|branch| branch.itinerary.to_string() == "0").collect();
+        assert_eq!(free.len(), 1, "{phase}");
+        let offsets = free[0].points.iter().map(|point| point.orbit.parameters[0]);
+        let ends = offsets.fold([0.0_f64; 2], |[low, high], x| [low.min(x), high.max(x)]);
+        assert!((ends[0] - range[0]).abs() < 1e-12 && ends[1].abs() < 1e-12, "{phase}: {ends:?}");
+    }
+}
+
 /// A Hopf normal form with a wall: its cycle has the radius `sqrt(mu) = 0.6`, and its section one
 /// coordinate.
 const HOPF: &str = r#"

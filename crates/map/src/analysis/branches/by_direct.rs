@@ -1143,11 +1143,13 @@ impl DirectBranches<'_> {
                 continue;
             }
             if *end == BranchEnd::StepTooSmall
-                && let Some(contact) = slow_contact(&points, place)
+                && let Some(contact) = slow_contact(&equations, &points, place)
             {
                 *end = BranchEnd::Graze;
                 if let Some(orbit) = self.extrapolated_graze(itinerary, (trace, last), contact) {
-                    points[place].orbit = orbit;
+                    let (label, grazing) = (BranchLabel::Graze, vec![contact]);
+                    let special = Special { label, grazing, coefficient: None };
+                    points[place] = BranchPoint { orbit, special: Some(special) };
                 }
                 continue;
             }
@@ -1219,13 +1221,13 @@ fn has_multiplier(orbit: &FoundOrbit, label: BranchLabel, near: [f64; 2]) -> boo
     label_of(&[test], 0, &multipliers.collect::<Vec<_>>(), near).next().is_some()
 }
 
-/// Equations in the section points of an orbit.
+/// Equations in the section points of an orbit, which are first sought next to it.
 fn in_points_of<'a, S: Real>(
     equations: DirectOrbitEquations<'a, S>,
     orbit: &DirectOrbit<f64>,
 ) -> DirectOrbitEquations<'a, S> {
     let every = equations.clone();
-    equations.in_points(orbit.points).unwrap_or(every)
+    equations.in_points(orbit.points).unwrap_or(every).near(orbit)
 }
 
 /// Reason why a seed has no branch of its own.

@@ -79,6 +79,8 @@ struct SectionFlight<'a, S: Real> {
     /// Passages that make contact, over all its returns in order.
     made: PassageSet,
     image: DirectImage<'a, S>,
+    /// Coordinate that a passage variable replaces, at the last section point.
+    nearby: S,
 }
 
 /// Units of length of the unknowns.
@@ -193,8 +195,9 @@ const VARIED: u64 = 2;
 const LEAST_STRETCH: f64 = 1e-6;
 /// Acceleration, relative to that at the graze, below which an orbit has shrunk to an equilibrium.
 const AT_REST: f64 = 1e-3;
-/// Most secant steps for a gap.
+/// Most secant steps for a gap, and its largest distance from the gap wanted.
 const STEPS: usize = 30;
+const REACHED: f64 = 1e-6;
 /// Relative difference up to which section points count as equal.
 const REPEATED: f64 = 1e-4;
 
@@ -238,7 +241,10 @@ fn flights_of<'a, S: Real>(
     image: &DirectImage<'a, S>,
     itinerary: &ContactItinerary,
 ) -> Vec<SectionFlight<'a, S>> {
-    let flight = |(first, &made)| SectionFlight { first, made, image: image.clone() };
+    let flight = |(first, &made)| {
+        let nearby = S::zero();
+        SectionFlight { first, made, image: image.clone(), nearby }
+    };
     itinerary.returns().iter().enumerate().map(flight).collect()
 }
 
@@ -386,13 +392,24 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 first,
                 made: made.collect(),
                 image: self.image.over(end - first).ok()?,
+                nearby: S::zero(),
             })
         });
         flights.collect()
     }
 
+    /// Equations whose section points are first sought next to those of an orbit.
+    pub(in crate::analysis) fn near(mut self, orbit: &DirectOrbit<f64>) -> Self {
+        if let Some((replaced, _)) = self.replaced() {
+            for (flight, state) in self.flights.iter_mut().zip(&orbit.states) {
+                flight.nearby = S::from_f64(state[replaced]);
+            }
+        }
+        self
+    }
+
     /// Coordinate that the variable of the own passage replaces, and the unit of the gap.
-    fn replaced(&self) -> Option<(usize, f64)> {
+    pub(in crate::analysis) fn replaced(&self) -> Option<(usize, f64)> {
         self.units.gap.filter(|_| self.points != SectionPoints::Plain)
     }
 
@@ -460,6 +477,7 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
                 if !gap.is_finite() {
                     return None;
                 }
+                self.flights[number].nearby = state[replaced];
                 values[replaced] = match self.begins_with_contact(number) {
                     true => (-gap).max(S::zero()).sqrt(),
                     false => gap.max(S::zero()),
@@ -486,9 +504,34 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             false => own,
         };
         let wanted = wanted * S::from_f64(unit);
+        // A gap that needs a flight may be the same at other points, where the flight has another
+        // minimum: the point next to the last one is meant.
+        let nearby = self.flights[number].nearby;
+        let starts = match self.image.is_on_tangency() {
+            true => [S::zero(), nearby],
+            false => [nearby, S::zero()],
+        };
+        let found = starts.into_iter().find_map(|start| {
+            point[replaced] = start;
+            self.with_gap(&point, (replaced, unit), (wanted, parameters))
+        });
+        let found = found.filter(|value| value.is_finite())?;
+        self.flights[number].nearby = found;
+        point[replaced] = found;
+        Some(point)
+    }
+
+    /// Value of a coordinate at which the gap of a point, in its unit, is `wanted`, from its own
+    /// value: by secant steps, the first slope by a difference, exact after one step if the gap is
+    /// affine.
+    fn with_gap(
+        &mut self,
+        point: &[S],
+        (replaced, unit): (usize, f64),
+        (wanted, parameters): (S, &[S]),
+    ) -> Option<S> {
+        let mut point = point.to_vec();
         let scale = S::from_f64(self.units.state[replaced]);
-        // Secant steps, the first slope by a difference: exact after one step if the gap is affine.
-        point[replaced] = S::zero();
         let mut lacking = self.image.gap(&point, parameters).ok()? - wanted;
         let mut step = scale * S::from_f64(1e-3);
         for _ in 0..STEPS {
@@ -505,7 +548,8 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
             }
             step = next;
         }
-        (point[replaced].is_finite() && lacking.is_finite()).then_some(point)
+        let reached = lacking.magnitude() <= REACHED * wanted.magnitude().max(unit);
+        reached.then_some(point[replaced])
     }
 
     /// Section point with its image; `None` if the flight does not make the contacts of the
@@ -1117,7 +1161,6 @@ impl<S: Real> CurveEquations<S> for DirectOrbitEquations<'_, S> {
         let orbit = &point.linearised.extra;
         let parameters = self.parameters(&point.unknowns);
         let may_rest = self.units.acceleration.is_some();
-        self.is_repeated(orbit, REPEATED)
-            || (may_rest && self.is_at_rest(orbit, &parameters))
+        self.is_repeated(orbit, REPEATED) || (may_rest && self.is_at_rest(orbit, &parameters))
     }
 }

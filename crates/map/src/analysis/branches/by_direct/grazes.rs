@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 use super::{AT_GRAZE, DirectBranches, DirectPoint, DirectTrace, in_points_of};
 use crate::analysis::branches::data::{Branch, BranchEnd, BranchLabel, BranchPoint, Special};
-use crate::analysis::branches::trace::exact_or_zero;
+use crate::analysis::branches::trace::{exact_or_zero, toggled};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, FoundOrbit, OrbitContact,
 };
@@ -63,12 +63,12 @@ impl<'a> DirectBranches<'a> {
         }
         let mut equations = self.equations_with(itinerary, &points[0].linearised.extra);
         let found = self.graze_on_chord(&mut equations, points);
-        let found = found.or_else(|| self.graze_on_tangent(&mut equations, points));
-        Some(self.at_graze(&equations, points[0], found?))
+        let found = found.unwrap_or_else(|| graze_on_tangent(&mut equations, points));
+        Some(self.at_graze(&equations, points[0], found, Vec::new()))
     }
 
-    /// Graze of a stop without a passage just ahead of an end of a branch: orbits ahead make one
-    /// contact more there.
+    /// Graze just ahead of an end of a branch, of a stop without a passage or of a passage without
+    /// a variable: orbits ahead make one contact more there.
     pub(super) fn graze_ahead(
         &self,
         itinerary: &ContactItinerary,
@@ -77,10 +77,22 @@ impl<'a> DirectBranches<'a> {
         let mut equations = self.equations_with(itinerary, &end.linearised.extra);
         // The tangent points in the direction in which the branch was followed.
         let outward = &end.tangent;
-        let last = last_with_its_contacts(&mut equations, end, AHEAD, outward)?;
-        let (ahead, _) = equations.flown_orbit(&moved(&last.0, outward, AHEAD))?;
-        let more = ahead.extra_contacts > last.1.extra_contacts;
-        (more && !has_same_contacts(&ahead, &last.1)).then(|| self.at_graze(&equations, end, last))
+        let last = last_with_its_contacts(&mut equations, end, AHEAD, outward);
+        let beyond = moved(&last.0, outward, AHEAD);
+        if let Some((ahead, _)) = equations.flown_orbit(&beyond) {
+            let more = ahead.extra_contacts > last.1.extra_contacts;
+            let more = more && !has_same_contacts(&ahead, &last.1);
+            return more.then(|| self.at_graze(&equations, end, last, Vec::new()));
+        }
+        let points = equations.points();
+        let begins = |&[number, passage]: &[usize; 2]| {
+            let with = self.equations(&toggled(itinerary, number, passage)).in_points(points);
+            with.is_some_and(|mut with| with.flown_orbit(&beyond).is_some())
+        };
+        let begun = passages_without_variable(&equations)
+            .filter(|&[number, passage]| !itinerary.returns()[number].contains(passage))
+            .find(begins)?;
+        Some(self.at_graze(&equations, end, last, vec![begun]))
     }
 
     /// Ends branches at a graze where the branch without the contact ends at it.
@@ -126,18 +138,19 @@ impl<'a> DirectBranches<'a> {
         }
     }
 
-    /// Point of a branch at a graze that belongs to no passage.
+    /// Point of a branch at the graze of passages, or of a stop that has none.
     fn at_graze(
         &self,
         equations: &DirectOrbitEquations<'a, f64>,
         near: &DirectPoint,
         (unknowns, extra, residual): FlownOrbit,
+        grazing: Vec<[usize; 2]>,
     ) -> BranchPoint {
         let tangent = vec![0.0; unknowns.len()];
         let linearised = Linearised { residual, extra, ..near.linearised.clone() };
         let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
         let orbit = self.found(equations, &point, true);
-        let special = Special { label: BranchLabel::Graze, grazing: Vec::new(), coefficient: None };
+        let special = Special { label: BranchLabel::Graze, grazing, coefficient: None };
         BranchPoint { orbit, special: Some(special) }
     }
 
@@ -165,22 +178,6 @@ impl<'a> DirectBranches<'a> {
         found
     }
 
-    /// Orbit at such a graze, from the side without the contact, on which orbits are smooth.
-    fn graze_on_tangent(
-        &self,
-        equations: &mut DirectOrbitEquations<'a, f64>,
-        points: [&DirectPoint; 2],
-    ) -> Option<FlownOrbit> {
-        let contacts = |point: &DirectPoint| point.linearised.extra.extra_contacts;
-        let [from, to] = match contacts(points[0]) < contacts(points[1]) {
-            true => points,
-            false => [points[1], points[0]],
-        };
-        let chord = moved(&to.unknowns, &from.unknowns, -1.0);
-        let ahead = dot(&chord, &chord) / dot(&from.tangent, &chord);
-        last_with_its_contacts(equations, from, ahead, &chord)
-    }
-
     /// Refines a grazing orbit to the rounding of double-double, with speed or gap zero held at the
     /// grazing passages; also returns the derivative of the parameter by the speed of the contact
     /// that begins, if there is exactly one.
@@ -206,7 +203,8 @@ impl<'a> DirectBranches<'a> {
         near.then(|| (self.found(&fine, &found, true), slope))
     }
 
-    /// Graze of a later passage at an end of a branch, where a contact becomes slow: orbits of the
+    /// Graze of a passage without a variable at an end of a branch, where a contact becomes slow:
+    /// orbits of the
     /// branch in double-double at ever smaller speeds of that contact, and the line through the
     /// last two of them, extended to the speed zero.
     ///
@@ -218,27 +216,32 @@ impl<'a> DirectBranches<'a> {
         (trace, end): (&DirectTrace, usize),
         contact: [usize; 2],
     ) -> Option<FoundOrbit> {
-        let points = &trace.points;
-        let last = &points[end].linearised.extra;
-        let slow = last.speed_of(contact)?;
-        let faster = |point: &&DirectPoint| {
-            point.linearised.extra.speed_of(contact).is_some_and(|speed| speed >= 2.0 * slow)
+        let orbit = |place: usize| &trace.points[place].linearised.extra;
+        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), orbit(end));
+        let mut solved = |place: usize| {
+            fine = fine.clone().near(orbit(place));
+            self.fine_point(&mut fine, converted(&trace.points[place].unknowns), contact)
         };
-        let before = match end {
-            0 => points.iter().find(faster),
-            _ => points.iter().rev().find(faster),
-        };
-        let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), last);
-        let mut solved = |guess: Vec<Dd>| {
-            let normal = unit_vector(guess.len(), guess.len() - 1);
-            let (unknowns, linearised) = corrected(&mut fine, &guess, &guess, &normal)?;
-            let speed = linearised.extra.speed_of(contact).filter(|speed| *speed > Dd::ZERO)?;
-            let point =
-                ContinuationPoint { unknowns, tangent: guess, linearised, tests: Vec::new() };
-            Some((speed, point))
-        };
-        let mut far = solved(converted(&before?.unknowns))?;
-        let mut near = solved(converted(&points[end].unknowns))?;
+        // The last orbits may be rounding; then others are taken, of ever larger speeds.
+        let count = trace.points.len();
+        let inward = (0..count).map(|number| if end == 0 { number } else { count - 1 - number });
+        let mut starts: Vec<FinePoint> = Vec::new();
+        let mut least = 0.0;
+        for place in inward {
+            let speed = orbit(place).speed_of(contact).filter(|speed| *speed >= least);
+            let Some(speed) = speed else { continue };
+            least = 2.0 * speed;
+            match solved(place) {
+                Some(start) if starts.first().is_none_or(|near| near.0 < start.0) => {
+                    starts.push(start);
+                }
+                _ => starts.clear(),
+            }
+            if starts.len() == 2 {
+                break;
+            }
+        }
+        let [mut near, mut far] = <[FinePoint; 2]>::try_from(starts).ok()?;
         let along_line = |far: &FinePoint, near: &FinePoint, speed: Dd| {
             let share = (near.0 - speed) / (far.0 - near.0);
             let pairs = near.1.unknowns.iter().zip(&far.1.unknowns);
@@ -246,7 +249,7 @@ impl<'a> DirectBranches<'a> {
         };
         for _ in 0..GRAZE_STEPS {
             let speed = near.0 * Dd::from(SLOWER);
-            match solved(along_line(&far, &near, speed)) {
+            match self.fine_point(&mut fine, along_line(&far, &near, speed), contact) {
                 Some(next) if next.0 < near.0 => far = std::mem::replace(&mut near, next),
                 _ => break,
             }
@@ -257,6 +260,20 @@ impl<'a> DirectBranches<'a> {
             parameters: parameters.iter().map(|value| value.to_f64()).collect(),
             ..orbit
         })
+    }
+
+    /// Orbit at a value of the parameter in double-double, with the speed of a contact.
+    fn fine_point(
+        &self,
+        fine: &mut DirectOrbitEquations<'a, Dd>,
+        guess: Vec<Dd>,
+        contact: [usize; 2],
+    ) -> Option<FinePoint> {
+        let normal = unit_vector(guess.len(), guess.len() - 1);
+        let (unknowns, linearised) = corrected(fine, &guess, &guess, &normal)?;
+        let speed = linearised.extra.speed_of(contact).filter(|speed| *speed > Dd::ZERO)?;
+        let point = ContinuationPoint { unknowns, tangent: guess, linearised, tests: Vec::new() };
+        Some((speed, point))
     }
 
     /// Derivative of the parameter by the speed of the contact that begins at a graze; `None`
@@ -278,6 +295,22 @@ impl<'a> DirectBranches<'a> {
     }
 }
 
+/// Orbit at the graze between two points of a branch that belongs to no passage, from the side
+/// without the contact, on which orbits are smooth.
+fn graze_on_tangent(
+    equations: &mut DirectOrbitEquations<'_, f64>,
+    points: [&DirectPoint; 2],
+) -> FlownOrbit {
+    let contacts = |point: &DirectPoint| point.linearised.extra.extra_contacts;
+    let [from, to] = match contacts(points[0]) < contacts(points[1]) {
+        true => points,
+        false => [points[1], points[0]],
+    };
+    let chord = moved(&to.unknowns, &from.unknowns, -1.0);
+    let ahead = dot(&chord, &chord) / dot(&from.tangent, &chord);
+    last_with_its_contacts(equations, from, ahead, &chord)
+}
+
 /// Whether two orbits of a branch make the same contacts. Those that the nominal orbit names are
 /// told by their time, which may pass from one to another while the orbit makes as many; and a
 /// rest is one of these whatever the number of its rebounds.
@@ -285,40 +318,55 @@ fn has_same_contacts<S>(a: &DirectOrbit<S>, b: &DirectOrbit<S>) -> bool {
     a.extra_contacts == b.extra_contacts || a.hits == b.hits
 }
 
-/// Last orbit that makes the contacts of `from`, at most `ahead` along its tangent, on a plane with
-/// the normal `normal`.
+/// Last orbit that makes the contacts of `from`, which may be `from` itself, at most `ahead` along
+/// its tangent, on a plane with the normal `normal`.
 fn last_with_its_contacts(
     equations: &mut DirectOrbitEquations<'_, f64>,
     from: &DirectPoint,
     ahead: f64,
     normal: &[f64],
-) -> Option<FlownOrbit> {
-    let contacts = &from.linearised.extra;
-    let mut last = None;
+) -> FlownOrbit {
+    let Linearised { residual, extra: contacts, .. } = &from.linearised;
+    let mut last = (from.unknowns.clone(), contacts.clone(), residual.clone());
     last_that_holds(0.0, 1.0, HALVINGS, |share| {
         let start = moved(&from.unknowns, &from.tangent, share * ahead);
         let there = corrected(equations, &start, &start, normal);
         let there = there.filter(|(_, there)| has_same_contacts(&there.extra, contacts));
         let holds = there.is_some();
         if let Some((unknowns, there)) = there {
-            last = Some((unknowns, there.extra, there.residual));
+            last = (unknowns, there.extra, there.residual);
         }
         holds
     });
     last
 }
 
-/// Return and passage of a contact with nearly zero speed of the orbit at the end of a branch: a
-/// contact of a passage after the section's own, whose graze is no border of the unknowns.
-pub(super) fn slow_contact(points: &[BranchPoint], end: usize) -> Option<[usize; 2]> {
-    let mut later = points[end].orbit.contacts.iter().filter(|contact| contact.passage > 0);
-    let slow = later.find(|contact| {
-        let same = |other: &&OrbitContact| {
-            (other.number, other.passage) == (contact.number, contact.passage)
+/// Returns and passages whose graze is no border of the unknowns: those after the section's own,
+/// and where points have no variables of passages, all.
+fn passages_without_variable(
+    equations: &DirectOrbitEquations<'_, f64>,
+) -> impl Iterator<Item = [usize; 2]> + use<> {
+    let itinerary = equations.itinerary();
+    let first = usize::from(equations.replaced().is_some());
+    let (returns, passages) = (itinerary.period(), itinerary.passages());
+    (0..returns).flat_map(move |number| (first..passages).map(move |passage| [number, passage]))
+}
+
+/// Return and passage of a contact with nearly zero speed of the orbit at the end of a branch,
+/// whose graze is no border of the unknowns.
+pub(super) fn slow_contact(
+    equations: &DirectOrbitEquations<'_, f64>,
+    points: &[BranchPoint],
+    end: usize,
+) -> Option<[usize; 2]> {
+    passages_without_variable(equations).find(|&[number, passage]| {
+        let speed = |point: &BranchPoint| {
+            let mut contacts = point.orbit.contacts.iter();
+            let own =
+                |contact: &&OrbitContact| (contact.number, contact.passage) == (number, passage);
+            contacts.find(own).map(|contact| contact.speed.abs())
         };
-        let speeds = points.iter().filter_map(|point| point.orbit.contacts.iter().find(same));
-        let fastest = speeds.fold(0.0_f64, |most, contact| most.max(contact.speed.abs()));
-        contact.speed.abs() <= SLOW * fastest
-    })?;
-    Some([slow.number, slow.passage])
+        let fastest = points.iter().filter_map(speed).fold(0.0, f64::max);
+        speed(&points[end]).is_some_and(|last| last <= SLOW * fastest)
+    })
 }
