@@ -179,8 +179,9 @@ fn corrected_with<S: Real, C: CurveEquations<S> + ?Sized>(
         let step = factors.as_ref()?.solve(&-right).ok()?;
         let length = largest(&step);
         let converged = length <= S::ROUNDOFF.powf(0.75);
+        let shrinks = length <= SHRINKING * last;
         // Slow steps may be rounding or a Jacobian that is no longer right: Newton's method tells.
-        if !converged && !(length <= SHRINKING * last) {
+        if !converged && !shrinks {
             break;
         }
         for (value, &change) in unknowns.iter_mut().zip(step.iter()) {
