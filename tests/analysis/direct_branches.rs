@@ -519,7 +519,7 @@ fn a_branch_has_its_graze_wherever_the_section_lies_among_the_hits() {
 /// Without contact the orbit is proportional to the amplitude, and its branch is one piece.
 #[test]
 fn a_branch_without_contact_is_one_piece_far_from_the_graze() {
-    for phase in ["0.5", "1", "3"] {
+    for phase in ["1", "3", "5"] {
         let settings = [
             ("omega", "0.7"),
             ("zeta", "0.2"),
