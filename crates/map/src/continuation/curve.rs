@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::CurveEquations;
 use super::sampled::{SAMPLES, Zeros, places, zeros};
 use super::step::{Chord, ContinuationPoint, StepControl, point_on, zero_between};
-use super::vectors::{dot, moved, norm};
+use super::vectors::{apart, dot, moved};
 use crate::numeric::Real;
 
 /// A piece of a curve.
@@ -205,7 +205,7 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
         let predicted = moved(&here.unknowns, &here.tangent, S::from_f64(length));
         let planes = [&predicted[..], &here.tangent];
         let next = point_on(self.equations, &predicted, planes, &here.tangent)?;
-        if distance(&next.unknowns, &predicted) > 0.3 * length || !straight(&next) {
+        if apart(&next.unknowns, &predicted) > 0.3 * length || !straight(&next) {
             return None;
         }
         if next.tests.is_empty() {
@@ -345,12 +345,12 @@ impl<S: Real, X: Clone, C: CurveEquations<S, Extra = X> + ?Sized> CurveFollower<
         if !(S::zero()..=S::one()).contains(&share) {
             return false;
         }
-        let length = distance(&here.unknowns, &next.unknowns);
-        if distance(&here.unknowns, &first) > 2.0 * length {
+        let length = apart(&here.unknowns, &next.unknowns);
+        if apart(&here.unknowns, &first) > 2.0 * length {
             return false;
         }
         let there = chord.point(self.equations, share);
-        there.is_some_and(|there| distance(&there.unknowns, &first) < CLOSED * length)
+        there.is_some_and(|there| apart(&there.unknowns, &first) < CLOSED * length)
     }
 }
 
@@ -373,11 +373,6 @@ fn resolution<S: Real, X>(points: &[(f64, ContinuationPoint<S, X>)]) -> Resoluti
         }
     }
     found
-}
-
-/// Euclidean distance of two points.
-fn distance<S: Real>(a: &[S], b: &[S]) -> f64 {
-    norm(&a.iter().zip(b).map(|(&a, &b)| a - b).collect::<Vec<_>>()).to_f64()
 }
 
 #[cfg(test)]

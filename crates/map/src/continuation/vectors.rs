@@ -34,8 +34,8 @@ pub(crate) fn farthest<S: Real>(a: &[S], b: &[S]) -> f64 {
 }
 
 /// Euclidean distance.
-pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+pub(crate) fn apart<S: Real>(a: &[S], b: &[S]) -> f64 {
+    a.iter().zip(b).map(|(&a, &b)| (a - b) * (a - b)).sum::<S>().sqrt().to_f64()
 }
 
 /// Euclidean length.

@@ -30,7 +30,7 @@ use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::{DepthEvaluation, MapEvaluation};
 use crate::analysis::periodic::{
     ContactItinerary, DirectOrbit, DirectOrbitEquations, DirectUnits, FoundOrbit, OrbitContact,
-    SectionMap, SectionPoints, finite_or_one, window_scales,
+    SectionMap, SectionPoints, TestKind, finite_or_one, window_scales,
 };
 use crate::analysis::progress::{NoProgress, PartProgress, Progress, resumed_if};
 use crate::analysis::work::Unfinished;
@@ -647,11 +647,13 @@ impl<'a> DirectBranches<'a> {
         let multipliers =
             equations.jacobian(orbit).and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers = multipliers.unwrap_or_default();
+        let vanishing = || turns.iter().map(|&test| test_of(test));
+        let is_turn = vanishing().any(|test| test == TestKind::Turn);
         let label = match equations.is_repeated(orbit, NEAR) {
             true => BranchLabel::BranchPoint,
             // Where the parameter turns, the multiplier 1 belongs to the turn.
-            false => label_of(turns, 0, &multipliers, AT_MULTIPLIER)
-                .find(|label| *label != BranchLabel::BranchPoint || !turns.contains(&0))?,
+            false => label_of(vanishing(), &multipliers, AT_MULTIPLIER)
+                .find(|label| *label != BranchLabel::BranchPoint || !is_turn)?,
         };
         let coefficient = self.coefficient(equations, point, label);
         Some(Special { label, grazing: Vec::new(), coefficient })
@@ -1021,7 +1023,8 @@ impl BranchSource for DirectBranches<'_> {
         if 2 * itinerary.period() > self.request.longest {
             return seeds;
         }
-        for turn in trace.turns.iter().filter(|turn| turn.test == 1) {
+        let flips = trace.turns.iter().filter(|turn| test_of(turn.test) == TestKind::Flip);
+        for turn in flips {
             let point = &trace.points[turn.point];
             let orbit = &point.linearised.extra;
             let Some(vector) = equations.doubling_direction(orbit, null_vector) else { continue };
@@ -1209,16 +1212,21 @@ fn scattered(number: usize, component: usize) -> f64 {
     2.0 * ((number + 1) as f64 * (golden / (component + 1) as f64).sqrt()).fract() - 1.0
 }
 
+/// Test function of an index: direct simulation has none of single passages.
+fn test_of(index: usize) -> TestKind {
+    TestKind::of(index, [0, 0])
+}
+
 /// Whether an orbit has the critical multiplier of its label, within `near`.
 fn has_multiplier(orbit: &FoundOrbit, label: BranchLabel, near: [f64; 2]) -> bool {
     let test = match label {
-        BranchLabel::SaddleNode => 0,
-        BranchLabel::PeriodDoubling => 1,
-        BranchLabel::NeimarkSacker => 4,
+        BranchLabel::SaddleNode => TestKind::Turn,
+        BranchLabel::PeriodDoubling => TestKind::Flip,
+        BranchLabel::NeimarkSacker => TestKind::Reciprocal,
         BranchLabel::Graze | BranchLabel::BranchPoint | BranchLabel::Hopf => return true,
     };
     let multipliers = orbit.multipliers.iter().map(|[re, im]| Complex::new(*re, *im));
-    label_of(&[test], 0, &multipliers.collect::<Vec<_>>(), near).next().is_some()
+    label_of(once(test), &multipliers.collect::<Vec<_>>(), near).next().is_some()
 }
 
 /// Equations in the section points of an orbit, which are first sought next to it.

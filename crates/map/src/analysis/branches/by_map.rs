@@ -13,7 +13,7 @@ use crate::analysis::error::AnalysisError;
 use crate::analysis::evaluation::MapEvaluation;
 use crate::analysis::periodic::{
     ByMap, ContactItinerary, FoundOrbit, ItinerarySearch, MapOrbitEquations, OrbitContact,
-    PassagesOfOrbit, SettledCycle, finite_or_one, window_scales,
+    PassagesOfOrbit, SettledCycle, TestKind, finite_or_one, window_scales,
 };
 use crate::analysis::progress::Progress;
 use crate::continuation::{
@@ -148,16 +148,19 @@ impl<'a> MapBranches<'a> {
         let seed = BranchSeed::new(&none, vec![state], Vec::new(), value);
         let traces = self.traces(&none, vec![seed], (Vec::new(), &mut self.most_work()));
         let turns = traces.iter().flat_map(|trace| {
-            let grazes = trace.turns.iter().filter(|turn| turn.test >= 2);
-            grazes.filter_map(|turn| {
+            let equations = self.equations(&none);
+            let grazes = trace.turns.iter().filter(move |turn| {
+                let test = equations.test(&trace.points[turn.point], turn.test);
+                matches!(test, TestKind::Passage(_))
+            });
+            grazes.map(|turn| {
                 let point = &trace.points[turn.point];
-                let free = &point.linearised.extra.free;
-                free.get(turn.test - 2)?;
-                let made = free.iter().filter(|(_, _, depth)| depth.abs() <= AT_GRAZE);
+                let free = point.linearised.extra.free.iter();
+                let made = free.filter(|(_, _, depth)| depth.abs() <= AT_GRAZE);
                 let state = point.linearised.extra.states[0].clone();
                 let (_, _, parameters) = self.equations(&none).offsets(&point.unknowns);
                 let value = parameters[self.request.along];
-                Some((state, value, made.map(|(_, passage, _)| *passage).collect()))
+                (state, value, made.map(|(_, passage, _)| *passage).collect())
             })
         });
         turns.collect()
@@ -170,8 +173,7 @@ impl<'a> MapBranches<'a> {
         point: &MapPoint,
         turns: &[usize],
     ) -> Option<Special> {
-        let contacts = equations.itinerary().contacts();
-        let passages = contacts + point.linearised.extra.free.len();
+        let vanishing = || turns.iter().map(|&test| equations.test(point, test));
         let jacobian = equations.jacobian(&point.linearised);
         let multipliers = jacobian.and_then(|jacobian| eigenvalues(&jacobian).ok());
         let multipliers = multipliers.unwrap_or_default();
@@ -183,9 +185,9 @@ impl<'a> MapBranches<'a> {
         let doubles = equations.is_repeated(&point.linearised.extra, NEAR);
         let label = match doubles {
             true => BranchLabel::BranchPoint,
-            false => label_of(turns, passages, &multipliers, AT_MULTIPLIER).find(told)?,
+            false => label_of(vanishing(), &multipliers, AT_MULTIPLIER).find(told)?,
         };
-        let grazing = turns.iter().filter_map(|&test| grazing_passage(equations, point, test));
+        let grazing = vanishing().filter_map(|test| grazing_passage(point, test));
         let grazing = grazing.filter(|_| label == BranchLabel::Graze).collect();
         let coefficient = match label {
             BranchLabel::Graze => self.slope(equations, point, turns),
@@ -202,8 +204,10 @@ impl<'a> MapBranches<'a> {
         point: &MapPoint,
         turns: &[usize],
     ) -> Option<f64> {
-        let contacts = turns.iter().filter_map(|test| test.checked_sub(2));
-        let contacts = contacts.filter(|&place| place < equations.itinerary().contacts());
+        let contacts = turns.iter().filter_map(|&test| match equations.test(point, test) {
+            TestKind::Contact(place) => Some(place),
+            _ => None,
+        });
         let [place] = contacts.collect::<Vec<_>>()[..] else { return None };
         let (unknown, parameter) =
             (equations.first_depth_variable() + place, equations.first_parameter());
@@ -393,7 +397,6 @@ impl BranchSource for MapBranches<'_> {
 
     fn led_to(&self, itinerary: &ContactItinerary, trace: &MapTrace) -> Vec<BranchSeed> {
         let equations = self.equations(itinerary);
-        let contacts = itinerary.contacts();
         let mut seeds = Vec::new();
         for turn in &trace.turns {
             let point = &trace.points[turn.point];
@@ -404,16 +407,16 @@ impl BranchSource for MapBranches<'_> {
             let (_, depth_variables, parameters) = equations.offsets(&point.unknowns);
             let parameter = parameters[self.request.along];
             let seed = BranchSeed::new(itinerary, extra.states.clone(), depth_variables, parameter);
-            match turn.test {
-                1 if 2 * itinerary.period() <= self.request.longest => {
+            match equations.test(point, turn.test) {
+                TestKind::Flip if 2 * itinerary.period() <= self.request.longest => {
                     seeds.extend(doubling(&equations, point, seed));
                 }
-                test if (2..2 + contacts).contains(&test) => {
-                    let (number, passage, _) = extra.arrivals[test - 2];
-                    seeds.push(with(seed, number, passage, Some(test - 2)));
+                TestKind::Contact(place) => {
+                    let (number, passage, _) = extra.arrivals[place];
+                    seeds.push(with(seed, number, passage, Some(place)));
                 }
-                test if (2 + contacts..2 + contacts + extra.free.len()).contains(&test) => {
-                    let (number, passage, _) = extra.free[test - 2 - contacts];
+                TestKind::Passage(place) => {
+                    let (number, passage, _) = extra.free[place];
                     seeds.push(with(seed, number, passage, None));
                 }
                 _ => {}
@@ -491,31 +494,32 @@ fn is_physical(
     let contacts = equations.itinerary().contacts();
     let first = equations.first_depth_variable();
     let depths = &point.unknowns[first..first + contacts];
-    let grazes = |test: usize, value: f64| vanishing.contains(&test) || value.abs() <= AT_GRAZE;
+    let grazes = |test: TestKind, value: f64| {
+        let mut tests = vanishing.iter().map(|&index| equations.test(point, index));
+        (value.abs() <= AT_GRAZE && !vanishing.is_empty()) || tests.any(|other| other == test)
+    };
     let made = depths.iter().enumerate();
-    let mut made =
-        made.map(|(place, &y)| y > 0.0 || (grazes(2 + place, y) && !vanishing.is_empty()));
+    let mut made = made.map(|(place, &y)| y > 0.0 || grazes(TestKind::Contact(place), y));
     let free = point.linearised.extra.free.iter().enumerate();
-    let mut free = free.map(|(place, &(_, _, depth))| {
-        depth <= 0.0 || (grazes(2 + contacts + place, depth) && !vanishing.is_empty())
-    });
+    let mut free =
+        free.map(|(place, &(_, _, depth))| depth <= 0.0 || grazes(TestKind::Passage(place), depth));
     made.all(|made| made) && free.all(|free| free)
 }
 
 /// Return and passage that graze where a test function vanishes.
-fn grazing_passage(
-    equations: &MapOrbitEquations<'_, f64>,
-    point: &MapPoint,
-    test: usize,
-) -> Option<[usize; 2]> {
-    let contacts = equations.itinerary().contacts();
+fn grazing_passage(point: &MapPoint, test: TestKind) -> Option<[usize; 2]> {
     let extra = &point.linearised.extra;
-    let place = test.checked_sub(2)?;
-    let (number, passage) = match place.checked_sub(contacts) {
-        None => (extra.arrivals[place].0, extra.arrivals[place].1),
-        Some(free) => extra.free.get(free).map(|&(number, passage, _)| (number, passage))?,
-    };
-    Some([number, passage])
+    match test {
+        TestKind::Contact(place) => {
+            let (number, passage, _) = extra.arrivals.get(place)?;
+            Some([*number, *passage])
+        }
+        TestKind::Passage(place) => {
+            let (number, passage, _) = extra.free.get(place)?;
+            Some([*number, *passage])
+        }
+        _ => None,
+    }
 }
 
 /// Number of contacts with depth zero.

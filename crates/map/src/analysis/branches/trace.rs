@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::data::{Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest};
-use crate::analysis::periodic::{ContactItinerary, KeptOrbit, SectionPoints};
+use crate::analysis::periodic::{ContactItinerary, KeptOrbit, SectionPoints, TestKind};
 use crate::analysis::progress::{Progress, Shard, place_of, resumed_if};
 use crate::analysis::work::MOST_WORK;
 use crate::continuation::{
@@ -556,13 +556,10 @@ pub(super) fn refined<X, C: CurveEquations<Dd>>(
     (apart(&converted(&found.unknowns), &point.unknowns) < FAR).then_some(found)
 }
 
-/// Labels of a point at which the test functions `turns` vanish. `near` and `on_circle` are the
-/// largest distances of real multipliers and of complex pairs from their critical values. The test
-/// functions are, in order: a turn, a flip, `grazes` grazes, a branch point, and after one more the
-/// reciprocal multipliers.
+/// Labels of a point at which test functions vanish. `near` and `on_circle` are the largest
+/// distances of real multipliers and of complex pairs from their critical values.
 pub(super) fn label_of(
-    turns: &[usize],
-    grazes: usize,
+    vanishing: impl Iterator<Item = TestKind>,
     multipliers: &[Complex<f64>],
     [near, on_circle]: [f64; 2],
 ) -> impl Iterator<Item = BranchLabel> {
@@ -571,12 +568,12 @@ pub(super) fn label_of(
     let is_pair = |value: &Complex<f64>| value.im != 0.0 && (value.norm() - 1.0).abs() < on_circle;
     let [one, minus_one] = [1.0, -1.0].map(is_near);
     let circle = multipliers.iter().any(is_pair);
-    turns.iter().filter_map(move |&test| match test {
-        0 if one => Some(BranchLabel::SaddleNode),
-        1 if minus_one => Some(BranchLabel::PeriodDoubling),
-        _ if (2..2 + grazes).contains(&test) => Some(BranchLabel::Graze),
-        _ if test == 2 + grazes && one => Some(BranchLabel::BranchPoint),
-        _ if test > 3 + grazes && circle => Some(BranchLabel::NeimarkSacker),
+    vanishing.filter_map(move |test| match test {
+        TestKind::Turn if one => Some(BranchLabel::SaddleNode),
+        TestKind::Flip if minus_one => Some(BranchLabel::PeriodDoubling),
+        TestKind::Contact(_) | TestKind::Passage(_) => Some(BranchLabel::Graze),
+        TestKind::Crossing if one => Some(BranchLabel::BranchPoint),
+        TestKind::Reciprocal if circle => Some(BranchLabel::NeimarkSacker),
         _ => None,
     })
 }

@@ -11,7 +11,7 @@ use super::trace::{
 };
 use crate::analysis::MapEvaluation;
 use crate::analysis::periodic::{
-    ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, finite_or_one,
+    ContactItinerary, ItinerarySearch, MapOrbitEquations, PassagesOfOrbit, TestKind, finite_or_one,
 };
 use crate::analysis::progress::{Progress, resumed};
 use crate::analysis::work::Unfinished;
@@ -258,19 +258,19 @@ impl<'a> MapLoci<'a> {
         unknowns: Vec<f64>,
     ) -> Option<LocusSeed> {
         let extra = &point.linearised.extra;
-        let (contacts, d) = (itinerary.contacts(), equations.first_depth_variable());
+        let d = equations.first_depth_variable();
         let plain =
             |kind, unknowns| Some(LocusSeed { kind, itinerary: itinerary.clone(), unknowns });
-        match test {
-            0 => plain(LocusKind::Fold, unknowns),
-            1 => plain(LocusKind::Flip, unknowns),
-            _ if test < 2 + contacts => {
-                let (number, passage, _) = extra.arrivals[test - 2];
-                (contacts > 1)
+        match equations.test(point, test) {
+            TestKind::Turn => plain(LocusKind::Fold, unknowns),
+            TestKind::Flip => plain(LocusKind::Flip, unknowns),
+            TestKind::Contact(place) => {
+                let (number, passage, _) = extra.arrivals[place];
+                (itinerary.contacts() > 1)
                     .then(|| self.grazing(itinerary, &extra.states, &unknowns, number, passage))
             }
-            _ if test < 2 + contacts + extra.free.len() => {
-                let (number, passage, _) = extra.free[test - 2 - contacts];
+            TestKind::Passage(place) => {
+                let (number, passage, _) = extra.free[place];
                 let before =
                     |(other, at, _): &&(usize, usize, Vec<f64>)| (*other, *at) < (number, passage);
                 let mut unknowns = unknowns;
@@ -279,7 +279,7 @@ impl<'a> MapLoci<'a> {
                 (with.contacts() > 1)
                     .then(|| self.grazing(&with, &extra.states, &unknowns, number, passage))
             }
-            _ => {
+            TestKind::Crossing | TestKind::Halves | TestKind::Reciprocal => {
                 let pairs = eigenvalues(&equations.jacobian(&point.linearised)?).ok()?;
                 let on_circle = pairs
                     .iter()

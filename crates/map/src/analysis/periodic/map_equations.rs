@@ -376,6 +376,17 @@ impl<'a, S: Real> MapOrbitEquations<'a, S> {
 /// Test functions in one free parameter: the turn of the parameter (a fold), `det(J + I)` (a flip),
 /// depth variables and depths of passages without contact (grazes), the determinant with the
 /// tangent (a branch point), the difference of both halves of a period, and reciprocal multipliers.
+/// Point of a branch of orbits of the map.
+type OrbitPoint<S> = ContinuationPoint<S, PassagesOfOrbit<S>>;
+
+impl<S: Real> MapOrbitEquations<'_, S> {
+    /// Test function of an index at a point of a branch.
+    pub fn test(&self, point: &OrbitPoint<S>, index: usize) -> TestKind {
+        let contacts = self.first_parameter() - self.dimension;
+        TestKind::of(index, [contacts, point.linearised.extra.free.len()])
+    }
+}
+
 impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     type Extra = PassagesOfOrbit<S>;
 
@@ -417,6 +428,46 @@ impl<S: Real> CurveEquations<S> for MapOrbitEquations<'_, S> {
     /// continue with the same orbits started half a period later.
     fn is_last(&mut self, [_, point]: [&ContinuationPoint<S, Self::Extra>; 2]) -> bool {
         self.is_repeated(&point.linearised.extra, REPEATED)
+    }
+}
+
+/// Test function along a branch of orbits. Equations give them in the order of this list, one for
+/// every contact and every passage without contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TestKind {
+    /// Component of the tangent along the parameter: it turns at a fold.
+    Turn,
+    /// `det(J + I)`: zero at a flip.
+    Flip,
+    /// Depth variable of a contact, with its index among the contacts: zero at a graze.
+    Contact(usize),
+    /// Depth of a passage without contact, with its index among those: zero at a graze.
+    Passage(usize),
+    /// Determinant that vanishes where another branch passes through.
+    Crossing,
+    /// Difference of the two halves of a period.
+    Halves,
+    /// Determinant that vanishes at reciprocal multipliers.
+    Reciprocal,
+}
+
+impl TestKind {
+    /// Test function of an index, of orbits with so many contacts and passages without contact.
+    pub fn of(index: usize, [contacts, passages]: [usize; 2]) -> Self {
+        match index {
+            0 => return Self::Turn,
+            1 => return Self::Flip,
+            _ => {}
+        }
+        match (index - 2).checked_sub(contacts) {
+            None => Self::Contact(index - 2),
+            Some(place) if place < passages => Self::Passage(place),
+            Some(place) => match place - passages {
+                0 => Self::Crossing,
+                1 => Self::Halves,
+                _ => Self::Reciprocal,
+            },
+        }
     }
 }
 

@@ -25,7 +25,7 @@ pub use found_orbit::{FoundOrbit, OrbitContact};
 pub(super) use itinerary_search::SettledCycle;
 pub use itinerary_search::{DepthVariableMap, ItineraryOrbit, ItinerarySearch};
 pub(super) use kept_orbit::KeptOrbit;
-pub use map_equations::{MapOrbitEquations, PassagesOfOrbit};
+pub use map_equations::{MapOrbitEquations, PassagesOfOrbit, TestKind};
 pub(super) use orbit::finite_or_one;
 pub use orbit::{
     Guess, Held, PeriodicOrbit, PeriodicOutcome, PeriodicProblem, periodic_orbit, window_scales,
