@@ -23,6 +23,7 @@ use super::monodromy::{ConditionFactors, Stretch, legs};
 use super::outcome::OrbitError;
 use super::passages::stretches;
 use super::system::ExtendedSystem;
+use crate::continuation::{moved, unit_vector};
 use crate::flow::Field;
 use crate::model::{Response, Scene};
 use crate::numeric::{Dd, Scalar as _, converted};
@@ -293,12 +294,9 @@ fn unfolding(
         let effort = Effort::new(&field);
         let context = CurveContext::new(scene, orbit, (number, value), n, &effort)?;
         let here = context.start(orbit);
-        let along: Vec<f64> = (0..here.len()).map(|at| f64::from(at + 1 == here.len())).collect();
+        let along: Vec<f64> = unit_vector(here.len(), here.len() - 1);
         let Some(tangent) = context.tangent(&here, &along) else { continue };
-        let moved = |step: f64| -> Vec<f64> {
-            here.iter().zip(&tangent).map(|(value, slope)| value + step * slope).collect()
-        };
-        let [before, after] = [moved(-ALONG), moved(ALONG)];
+        let [before, after] = [-ALONG, ALONG].map(|step| moved(&here, &tangent, step));
         let change = context.condition(&after, 0, 0, n)? - context.condition(&before, 0, 0, n)?;
         let ends = [&before, &after].map(|ends| context.parameters(ends)[number]);
         let slope = change / (ends[1] - ends[0]);

@@ -1235,7 +1235,9 @@ fn in_points_of<'a, S: Real>(
     orbit: &DirectOrbit<f64>,
 ) -> DirectOrbitEquations<'a, S> {
     let every = equations.clone();
-    equations.in_points(orbit.points).unwrap_or(every).near(orbit)
+    let mut equations = equations.in_points(orbit.points).unwrap_or(every);
+    equations.seek_near(orbit);
+    equations
 }
 
 /// Reason why a seed has no branch of its own.

@@ -398,14 +398,12 @@ impl<'a, S: Real> DirectOrbitEquations<'a, S> {
         flights.collect()
     }
 
-    /// Equations whose section points are first sought next to those of an orbit.
-    pub(in crate::analysis) fn near(mut self, orbit: &DirectOrbit<f64>) -> Self {
-        if let Some((replaced, _)) = self.replaced() {
-            for (flight, state) in self.flights.iter_mut().zip(&orbit.states) {
-                flight.nearby = S::from_f64(state[replaced]);
-            }
+    /// Seeks section points next to those of an orbit first.
+    pub(in crate::analysis) fn seek_near(&mut self, orbit: &DirectOrbit<f64>) {
+        let Some((replaced, _)) = self.replaced() else { return };
+        for (flight, state) in self.flights.iter_mut().zip(&orbit.states) {
+            flight.nearby = S::from_f64(state[replaced]);
         }
-        self
     }
 
     /// Coordinate that the variable of the own passage replaces, and the unit of the gap.

@@ -1,6 +1,7 @@
 //! Grazes on branches of direct simulation.
 //!
-//! The graze of a passage is a border of the unknowns and is reached exactly. Any other contact
+//! The graze of a passage that has a variable is a border of the unknowns and is reached exactly;
+//! that of any other passage lies just ahead of the end of a branch. A contact of another stop
 //! begins and ends between two orbits of a branch, or ends the branch: at a rigid stop orbits with
 //! the contact vary as the root of the depth. Such a graze is found from the side without the
 //! contact, on which orbits are smooth.
@@ -80,8 +81,8 @@ impl<'a> DirectBranches<'a> {
         let last = last_with_its_contacts(&mut equations, end, AHEAD, outward);
         let beyond = moved(&last.0, outward, AHEAD);
         if let Some((ahead, _)) = equations.flown_orbit(&beyond) {
-            let more = ahead.extra_contacts > last.1.extra_contacts;
-            let more = more && !has_same_contacts(&ahead, &last.1);
+            let more =
+                ahead.extra_contacts > last.1.extra_contacts && !has_same_contacts(&ahead, &last.1);
             return more.then(|| self.at_graze(&equations, end, last, Vec::new()));
         }
         let points = equations.points();
@@ -204,9 +205,8 @@ impl<'a> DirectBranches<'a> {
     }
 
     /// Graze of a passage without a variable at an end of a branch, where a contact becomes slow:
-    /// orbits of the
-    /// branch in double-double at ever smaller speeds of that contact, and the line through the
-    /// last two of them, extended to the speed zero.
+    /// orbits of the branch in double-double at ever smaller speeds of that contact, and the line
+    /// through the last two of them, extended to the speed zero.
     ///
     /// NOTE: in double precision a contact as deep as its rounding is lost, while its speed is
     /// still the square root of that depth, and the parameter is proportional to the speed.
@@ -219,7 +219,7 @@ impl<'a> DirectBranches<'a> {
         let orbit = |place: usize| &trace.points[place].linearised.extra;
         let mut fine = in_points_of(self.equations_of(&self.fine, itinerary), orbit(end));
         let mut solved = |place: usize| {
-            fine = fine.clone().near(orbit(place));
+            fine.seek_near(orbit(place));
             self.fine_point(&mut fine, converted(&trace.points[place].unknowns), contact)
         };
         // The last orbits may be rounding; then others are taken, of ever larger speeds.
