@@ -76,6 +76,15 @@ pub fn sqrt_part<S: Scalar, A: Graded<S>>(
     scale(out, S::from_f64(0.5));
 }
 
+/// Sign of `Eu = ±(Ea) v` for a function `u = f(a)` with a partner `v`, as in
+/// [`exponential_part`].
+pub fn partner_sign(function: HeadFunction) -> f64 {
+    match function {
+        HeadFunction::Cos | HeadFunction::Sech | HeadFunction::LogisticOfNegative => -1.0,
+        _ => 1.0,
+    }
+}
+
 /// Part of degree `k` of `u = f(a)` where `Eu = ±(Ea) v` with a partner `v`:
 ///
 /// ```text
@@ -100,11 +109,7 @@ pub fn exponential_part<S: Scalar, A: Graded<S>>(
     if degree == 0 {
         return algebra.head(function, &a[algebra.part(0)], out);
     }
-    let sign = match function {
-        HeadFunction::Cos | HeadFunction::Sech | HeadFunction::LogisticOfNegative => -S::one(),
-        _ => S::one(),
-    };
-    let factor = sign / S::from_f64(degree as f64);
+    let factor = S::from_f64(partner_sign(function)) / S::from_f64(degree as f64);
     algebra.scaled_convolution(degree, Span::WithoutFirst, (euler_a, partner), factor, out);
 }
 

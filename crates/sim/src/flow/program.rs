@@ -13,7 +13,7 @@ mod operation;
 use std::borrow::Borrow;
 use std::sync::Arc;
 
-use crate::jet::{Graded, Jet, JetSpace, TimeSeries};
+use crate::jet::{Graded, HeadFunction, Jet, JetSpace, TimeSeries};
 use crate::model::{ExpressionGraph, NodeId};
 use crate::numeric::{Dd, Scalar, Vectorised};
 
@@ -233,13 +233,13 @@ impl<S: Scalar> Vectorised for Values<'_, S> {
                     tape[a] * tape[b]
                 }
                 Operation::Div(a, b) => tape[a] / tape[b],
-                Operation::Sine { a, cosine, .. } => {
-                    let (sine, cosine_of_a) = tape[a].sin_cos();
-                    tape[cosine] = cosine_of_a;
+                Operation::Function { function: HeadFunction::Sin, a, partner, .. } => {
+                    let (sine, cosine) = tape[a].sin_cos();
+                    tape[partner] = cosine;
                     sine
                 }
                 // NOTE: the sine before it writes it.
-                Operation::Cosine { .. } => tape[slot],
+                Operation::Function { function: HeadFunction::Cos, .. } => tape[slot],
                 ref operation => any_value(operation, slot, tape),
             };
         }

@@ -197,11 +197,11 @@ impl<'p> Slots<'p> {
     fn feature(&self, slot: Slot) -> Option<(Slot, Feature)> {
         Some(match *self.program.operation(slot) {
             Operation::Exp { a, .. } => (a, Feature::Exponential),
-            Operation::Sinh { a, .. } | Operation::Cosh { a, .. } => (a, Feature::Hyperbolic),
-            Operation::Tanh { a, .. } => (a, TANGENT),
             Operation::Function { function, a, .. } => match function {
+                HeadFunction::Sin | HeadFunction::Cos => return None,
+                HeadFunction::Sinh | HeadFunction::Cosh => (a, Feature::Hyperbolic),
+                HeadFunction::Tanh | HeadFunction::LogCosh => (a, TANGENT),
                 HeadFunction::Sech => (a, SECH),
-                HeadFunction::LogCosh => (a, TANGENT),
                 _ => (a, LOGISTIC),
             },
             // NOTE: exponential functions have no zeros, and their own arguments are checked.
@@ -218,7 +218,10 @@ impl<'p> Slots<'p> {
     /// Whether a slot is a power of an exponential function.
     fn is_exponential(&self, slot: Slot) -> bool {
         let base = self.powers[slot].0;
-        matches!(self.program.operation(base), Operation::Exp { .. } | Operation::Cosh { .. })
+        matches!(
+            self.program.operation(base),
+            Operation::Exp { .. } | Operation::Function { function: HeadFunction::Cosh, .. }
+        )
     }
 
     /// Features of the factors of a product that may be flatter beside its zero than a series can

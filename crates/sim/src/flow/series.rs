@@ -287,8 +287,27 @@ pub(super) enum Instruction {
     /// Sine and cosine, if needed, of a phase `a = a_0 + a_1 t`: `a_1^k/k!` from a table, times the
     /// derivatives of the functions at `a_0`.
     Phase { a: Slot, table: Slot, sine: Option<Slot>, cosine: Option<Slot> },
+    /// The Euler derivative `k a_k`.
+    Euler { out: Slot, a: Operand },
+    /// A function of a slot whose derivative is a partner, or minus the partner:
+    /// `u_k = ±(1/k) Σ_{j ≥ 1} (Ea)_j v_{k−j}`.
+    Function {
+        out: Slot,
+        /// The operation that gives the head.
+        operation: Operation,
+        sign: Sign,
+        euler_a: Operand,
+        partner: Slot,
+    },
     /// Any other operation of the program.
     Other { out: Slot, operation: Operation },
+}
+
+/// Sign of a product.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Sign {
+    Plus,
+    Minus,
 }
 
 impl Instruction {
@@ -300,6 +319,8 @@ impl Instruction {
             | Instruction::Square { out, .. }
             | Instruction::Product { out, .. }
             | Instruction::Quotient { out, .. }
+            | Instruction::Euler { out, .. }
+            | Instruction::Function { out, .. }
             | Instruction::Other { out, .. } => Some(out),
             Instruction::Phase { .. } => None,
         }
@@ -331,7 +352,9 @@ impl Instruction {
                 let terms = sum.terms().iter_mut();
                 terms.for_each(|term| visit(&mut term.operand));
             }
-            Instruction::Square { a, .. } => visit(a),
+            Instruction::Square { a, .. }
+            | Instruction::Euler { a, .. }
+            | Instruction::Function { euler_a: a, .. } => visit(a),
             Instruction::Product { a, b, .. } => [a, b].into_iter().for_each(visit),
             Instruction::Quotient { numerator, denominator, .. } => {
                 [numerator, denominator].into_iter().for_each(visit)
@@ -378,6 +401,34 @@ mod tests {
         Field::new(&g, &[y, rate, turn], &[watched, ss], &[InputKind::HeadOnly])
     }
 
+    /// `x' = y, y' = −x + Σ f(x) over all functions of one argument that are smooth at the state`,
+    /// watching `sinh x cosh x`.
+    fn all_functions() -> Field {
+        let mut g = ExpressionGraph::new();
+        let [x, y] = std::array::from_fn(|input| g.input(input));
+        let mut rate = g.neg(x);
+        for function in [
+            Unary::Sinh,
+            Unary::Cosh,
+            Unary::Tanh,
+            Unary::Sech,
+            Unary::Logistic,
+            Unary::Softplus,
+            Unary::LogCosh,
+            Unary::Tan,
+            Unary::Sqrt,
+            Unary::Log,
+            Unary::Asin,
+            Unary::Atan,
+        ] {
+            let value = g.unary(function, x);
+            rate = g.add(rate, value);
+        }
+        let (sinh, cosh) = (g.unary(Unary::Sinh, x), g.unary(Unary::Cosh, x));
+        let watched = g.mul(sinh, cosh);
+        Field::new(&g, &[y, rate], &[watched], &[])
+    }
+
     /// Largest difference of the coefficients of states and watched functions, relative to the
     /// largest coefficient of this degree or above.
     fn largest_difference<S: Real>(field: &Field, state: &[f64], parameters: &[f64]) -> f64 {
@@ -417,8 +468,9 @@ mod tests {
     #[test]
     fn instructions_give_the_series_of_the_program() {
         let kinds = [InputKind::HeadOnly; 3];
-        let cases: [(Field, &[f64], &[f64]); 6] = [
+        let cases: [(Field, &[f64], &[f64]); 7] = [
             (everything(), &[0.4, -0.3, 0.8], &[0.7]),
+            (all_functions(), &[0.4, -0.3], &[]),
             (samples::electrostatic(&kinds), &[0.3, 0.1, 0.4], &[0.02, 0.3, 0.6]),
             (samples::linear(&kinds), &[0.3, 0.1, 0.4], &[0.05, 1.1, 1.8]),
             (samples::kepler(), &[0.5, 0.1, 0.2, 1.5], &[]),

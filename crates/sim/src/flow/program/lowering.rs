@@ -347,13 +347,20 @@ impl<'a> ProgramLowering<'a> {
         if self.support[a] == Support::Linear {
             return self.circular_of_phase(a);
         }
-        let euler_a = self.euler(a);
         self.shared(SharedKey::Circular(a), |this| {
-            let (sine, support) = (this.operations.len(), this.joint(&[a]));
-            this.push(Operation::Sine { a, euler_a, cosine: sine + 1 }, support);
-            this.push(Operation::Cosine { a, euler_a, sine }, support);
-            sine
+            this.partners([HeadFunction::Sin, HeadFunction::Cos], a)
         })
+    }
+
+    /// Two functions of a slot that are each other's partners; the second is the slot after the
+    /// first.
+    fn partners(&mut self, functions: [HeadFunction; 2], a: Slot) -> Slot {
+        let euler_a = self.euler(a);
+        let (first, support) = (self.operations.len(), self.joint(&[a]));
+        for (function, partner) in functions.into_iter().zip([first + 1, first]) {
+            self.push(Operation::Function { function, a, euler_a, partner }, support);
+        }
+        first
     }
 
     /// The sine of a slot linear in time; the cosine is the slot after it.
@@ -398,12 +405,8 @@ impl<'a> ProgramLowering<'a> {
 
     /// The hyperbolic sine; the cosine is the slot after it.
     fn hyperbolic(&mut self, a: Slot) -> Slot {
-        let euler_a = self.euler(a);
         self.shared(SharedKey::Hyperbolic(a), |this| {
-            let (sinh, support) = (this.operations.len(), this.joint(&[a]));
-            this.push(Operation::Sinh { a, euler_a, cosh: sinh + 1 }, support);
-            this.push(Operation::Cosh { a, euler_a, sinh }, support);
-            sinh
+            this.partners([HeadFunction::Sinh, HeadFunction::Cosh], a)
         })
     }
 
@@ -414,7 +417,8 @@ impl<'a> ProgramLowering<'a> {
         let euler_a = self.euler(a);
         self.shared(SharedKey::HyperbolicTangent(a), |this| {
             let (tanh, support) = (this.operations.len(), this.joint(&[a]));
-            this.push(Operation::Tanh { a, euler_a, slope: tanh + 1 }, support);
+            let (function, partner) = (HeadFunction::Tanh, tanh + 1);
+            this.push(Operation::Function { function, a, euler_a, partner }, support);
             this.push(Operation::SechSquared { a, tanh }, support);
             tanh
         })

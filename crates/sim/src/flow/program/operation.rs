@@ -33,39 +33,14 @@ pub(in crate::flow) enum Operation {
         a: Slot,
         euler_a: Slot,
     },
-    Sine {
-        a: Slot,
-        euler_a: Slot,
-        cosine: Slot,
-    },
-    Cosine {
-        a: Slot,
-        euler_a: Slot,
-        sine: Slot,
-    },
     /// Sine or cosine of a slot linear in time; `partner` is the slot of the other.
     OfPhase {
         function: HeadFunction,
         a: Slot,
         partner: Slot,
     },
-    Sinh {
-        a: Slot,
-        euler_a: Slot,
-        cosh: Slot,
-    },
-    Cosh {
-        a: Slot,
-        euler_a: Slot,
-        sinh: Slot,
-    },
-    Tanh {
-        a: Slot,
-        euler_a: Slot,
-        slope: Slot,
-    },
     /// A function whose derivative with respect to its argument is the partner, or minus the
-    /// partner.
+    /// partner: the sine and the cosine are each other's, as are those of the hyperbola.
     Function {
         function: HeadFunction,
         a: Slot,
@@ -128,11 +103,6 @@ pub(in crate::flow) fn run<S: Scalar, A: Graded<S>>(
     // NOTE: functions with a partner share one call, which is inlined with its convolution.
     let (function, a, euler_a, partner) = match *operation {
         Operation::Exp { a, euler_a } => (HeadFunction::Exp, a, euler_a, slot),
-        Operation::Sine { a, euler_a, cosine } => (HeadFunction::Sin, a, euler_a, cosine),
-        Operation::Cosine { a, euler_a, sine } => (HeadFunction::Cos, a, euler_a, sine),
-        Operation::Sinh { a, euler_a, cosh } => (HeadFunction::Sinh, a, euler_a, cosh),
-        Operation::Cosh { a, euler_a, sinh } => (HeadFunction::Cosh, a, euler_a, sinh),
-        Operation::Tanh { a, euler_a, slope } => (HeadFunction::Tanh, a, euler_a, slope),
         Operation::Function { function, a, euler_a, partner } => (function, a, euler_a, partner),
         Operation::Input => return out.copy_from_slice(part(slot)),
         Operation::Constant(value) => return constant_part(k, S::from_dd(value), out),
@@ -247,12 +217,7 @@ impl Operation {
             Operation::Div(a, b) => vec![a, b, slot],
             Operation::Sqrt(a) => vec![a, slot],
             Operation::Exp { a, euler_a } => vec![a, euler_a, slot],
-            Operation::Sine { a, euler_a, cosine: partner }
-            | Operation::Cosine { a, euler_a, sine: partner }
-            | Operation::Sinh { a, euler_a, cosh: partner }
-            | Operation::Cosh { a, euler_a, sinh: partner }
-            | Operation::Tanh { a, euler_a, slope: partner }
-            | Operation::Function { a, euler_a, partner, .. } => vec![a, euler_a, partner],
+            Operation::Function { a, euler_a, partner, .. } => vec![a, euler_a, partner],
             Operation::SechSquared { a, tanh } => vec![a, tanh],
             Operation::OfPhase { a, partner, .. } => vec![a, partner],
             Operation::Primitive { a, b, w, euler_u, .. } => vec![a, b, w, euler_u],
@@ -320,12 +285,7 @@ impl Operation {
             Operation::Exp { a, euler_a: partner } | Operation::OfPhase { a, partner, .. } => {
                 [[Some(a), None, None], [Some(partner), None, None]]
             }
-            Operation::Sine { a, euler_a, cosine: partner }
-            | Operation::Cosine { a, euler_a, sine: partner }
-            | Operation::Sinh { a, euler_a, cosh: partner }
-            | Operation::Cosh { a, euler_a, sinh: partner }
-            | Operation::Tanh { a, euler_a, slope: partner }
-            | Operation::Function { a, euler_a, partner, .. }
+            Operation::Function { a, euler_a, partner, .. }
             | Operation::Power { a, euler_a, euler_u: partner, .. } => {
                 [[Some(a), None, None], [Some(euler_a), Some(partner), None]]
             }
@@ -343,10 +303,12 @@ impl Operation {
         match *self {
             Operation::Mul(a, b) => Some((a, b, Span::Full)),
             Operation::Div(_, b) => Some((b, slot, Span::WithoutFirst)),
-            Operation::Sine { euler_a, cosine: partner, .. }
-            | Operation::Cosine { euler_a, sine: partner, .. } => {
-                Some((euler_a, partner, Span::WithoutFirst))
-            }
+            Operation::Function {
+                function: HeadFunction::Sin | HeadFunction::Cos,
+                euler_a,
+                partner,
+                ..
+            } => Some((euler_a, partner, Span::WithoutFirst)),
             _ => None,
         }
     }

@@ -12,7 +12,9 @@
 //! (relaxed multiplication: van der Hoeven 2002). Sums have one order for all registers: in 16
 //! chains over the blocks, then over the chains.
 
-use super::{Blocks, Instruction, MOST_BLOCKS, Operand, ScaledOperand, SeriesProgram, Sum, Terms};
+use super::{
+    Blocks, Instruction, MOST_BLOCKS, Operand, ScaledOperand, SeriesProgram, Sign, Sum, Terms,
+};
 use crate::flow::program::Slot;
 use crate::numeric::{Scalar, Vectorised};
 
@@ -77,10 +79,10 @@ impl<S: Scalar> Expansion<'_, S> {
                 Instruction::Square { out, a } => {
                     (out, earlier_square(&self.series(a.slot)[..block]))
                 }
-                Instruction::Product { out, a, b } => (
-                    out,
-                    earlier_product(&self.series(a.slot)[..block], &self.series(b.slot)[..block]),
-                ),
+                Instruction::Product { out, a, b: Operand { slot: b, .. } }
+                | Instruction::Function { out, euler_a: a, partner: b, .. } => {
+                    (out, earlier_product(&self.series(a.slot)[..block], &self.series(b)[..block]))
+                }
                 Instruction::Quotient { out, denominator, .. } => (
                     out,
                     earlier_product(
@@ -131,6 +133,24 @@ impl<S: Scalar> Expansion<'_, S> {
                     self.put::<I>(out, block, value)
                 }
                 Instruction::Phase { .. } => last,
+                Instruction::Euler { out, a } => {
+                    let degree = S::from_f64((BLOCK * block + I) as f64);
+                    let value = self.newest::<I>(a, block, last) * degree;
+                    self.put::<I>(out, block, value)
+                }
+                Instruction::Function { out, ref operation, .. } if I == 0 && block == 0 => {
+                    let value = super::any_coefficient(self.tape, out, operation, 0);
+                    self.put::<I>(out, block, value)
+                }
+                Instruction::Function { out, sign, euler_a, partner, .. } => {
+                    let sum = self.function::<I>(out, (euler_a, partner), block, last);
+                    let value = sum * self.inverses.as_flattened()[BLOCK * block + I - 1];
+                    let value = match sign {
+                        Sign::Plus => value,
+                        Sign::Minus => -value,
+                    };
+                    self.put::<I>(out, block, value)
+                }
                 Instruction::Other { out, ref operation } => {
                     let k = BLOCK * block + I;
                     let value = super::any_coefficient(self.tape, out, operation, k);
@@ -212,6 +232,31 @@ impl<S: Scalar> Expansion<'_, S> {
             sum = a[0][j].mul_add(b[0][I - j], sum);
         }
         a[0][0].mul_add(newest.1, b[0][0].mul_add(newest.0, sum))
+    }
+
+    /// Coefficient of the product of an Euler derivative, whose head is 0, and a partner, whose
+    /// newest coefficient may not be known yet.
+    #[inline(always)]
+    fn function<const I: usize>(
+        &self,
+        out: Slot,
+        (euler_a, partner): (Operand, Slot),
+        block: usize,
+        last: S,
+    ) -> S {
+        let newest = self.newest::<I>(euler_a, block, last);
+        let (e, v) = (self.series(euler_a.slot), self.series(partner));
+        let sum = if block > 0 {
+            let sum = sum_before::<S, I>(self.at::<I>(out, block), &e[0], &v[block]);
+            sum_before::<S, I>(sum, &v[0], &e[block])
+        } else {
+            let mut sum = S::zero();
+            for j in 1..I {
+                sum = e[0][j].mul_add(v[0][I - j], sum);
+            }
+            sum
+        };
+        v[0][0].mul_add(newest, sum)
     }
 
     /// Coefficient of a quotient before the division by the head of the denominator.

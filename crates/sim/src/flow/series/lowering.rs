@@ -5,12 +5,14 @@
 //! each instruction is placed after the one whose result it waits for.
 
 use super::{
-    ConstantSlots, Factor, Instruction, Operand, PhaseTable, ScaledOperand, SeriesProgram, Sum,
-    Terms,
+    ConstantSlots, Factor, Instruction, Operand, PhaseTable, ScaledOperand, SeriesProgram, Sign,
+    Sum, Terms,
 };
 use crate::flow::corners::corners;
 use crate::flow::program::{InputKind, Operation, Program, Slot};
 use crate::flow::resolution::arguments;
+use crate::jet::HeadFunction;
+use crate::jet::elementary::partner_sign;
 use crate::numeric::Dd;
 
 impl SeriesProgram {
@@ -257,7 +259,7 @@ impl<'p> SeriesLowering<'p> {
         {
             return Some(vec![self.phase(a, sine, cosine)]);
         }
-        Some(unit.iter().map(|&slot| self.other(slot)).collect())
+        Some(unit.iter().map(|&slot| self.instruction(slot)).collect())
     }
 
     fn phase(&mut self, a: Slot, sine: Slot, cosine: Slot) -> Instruction {
@@ -283,9 +285,26 @@ impl<'p> SeriesLowering<'p> {
                 denominator: self.operand(b),
                 reciprocal: self.added_slot(),
             },
+            Operation::Euler(a) => Instruction::Euler { out, a: self.operand(a) },
+            Operation::Exp { euler_a, .. } => self.function(out, HeadFunction::Exp, [euler_a, out]),
+            Operation::Function { function, euler_a, partner, .. } => {
+                self.function(out, function, [euler_a, partner])
+            }
             _ if self.is_linear(out) => Instruction::Linear { out, sum: self.sum(out) },
             _ => self.other(out),
         }
+    }
+
+    fn function(
+        &mut self,
+        out: Slot,
+        function: HeadFunction,
+        [euler_a, partner]: [Slot; 2],
+    ) -> Instruction {
+        let operation = *self.program.operation(out);
+        operation.reads().for_each(|read| self.needed[read] = true);
+        let sign = if partner_sign(function) > 0.0 { Sign::Plus } else { Sign::Minus };
+        Instruction::Function { out, operation, sign, euler_a: self.operand(euler_a), partner }
     }
 
     fn other(&mut self, out: Slot) -> Instruction {
