@@ -4,7 +4,7 @@
 use nalgebra::DMatrix;
 
 use super::effort::Effort;
-use super::free_flow::{Corners, each_step};
+use super::free_flow::Corners;
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::grazing_orbit::{Grazes, GrazingConditions, GrazingOrbit, Penetration, Touch};
 use super::monodromy::{ConditionFactors, Stretch, legs, multipliers, on_section, round};
@@ -405,7 +405,7 @@ pub(super) fn reach(system: &ExtendedSystem, start: &[f64]) -> Result<Vec<f64>, 
     let graze = &start[..system.dimension];
     let (parameters, period) = (system.parameters(start), system.period(start));
     let mut reach = vec![0.0_f64; graze.len()];
-    each_step(&system.flow, graze, &parameters, period, |_, _, state, _| -> Option<()> {
+    system.each_step(graze, &parameters, period, |_, _, state, _| -> Option<()> {
         for ((reach, value), graze) in reach.iter_mut().zip(state).zip(graze) {
             *reach = reach.max((value - graze).abs());
         }

@@ -135,20 +135,22 @@ pub(super) fn gaps(
     Ok(found)
 }
 
-/// Steps along a flow for a duration, until `look` returns a value. Arguments of `look` are the
-/// time since the start, the length of the step, the state at its start and the step.
+/// Steps along a flow for a duration, until `look` returns a value, in a limited number of steps,
+/// which is lowered by the steps taken. Arguments of `look` are the time since the start, the
+/// length of the step, the state at its start and the step.
 pub(super) fn each_step<T>(
     flow: &PiecewiseFlow,
     start: &[f64],
     parameters: &[f64],
     duration: f64,
+    steps_left: &mut usize,
     mut look: impl FnMut(f64, f64, &[f64], &Step<'_, f64>) -> Option<T>,
 ) -> Result<Option<T>, OrbitError> {
     let steps = |passed: FlightPart<'_, '_, f64>| match passed {
         FlightPart::Step { elapsed, length, start, step, .. } => look(elapsed, length, start, step),
         FlightPart::Event(_) | FlightPart::Again => None,
     };
-    flow.each(start, parameters, duration, &mut flow.most_steps(), steps)
+    flow.each(start, parameters, duration, steps_left, steps)
 }
 
 /// An argument within this distance of its corner, relative to its variation, is on the corner.
@@ -317,7 +319,8 @@ impl<'a> Corners<'a> {
         duration: f64,
     ) -> Result<Option<NotLocated>, OrbitError> {
         let mut signs = vec![0.0; self.operations.len()];
-        each_step(&self.flow, start, parameters, duration, |_, length, state, step| {
+        let mut most = self.flow.most_steps();
+        each_step(&self.flow, start, parameters, duration, &mut most, |_, length, state, step| {
             let arguments = signs.iter_mut().enumerate();
             let everywhere =
                 arguments.filter(|&(number, _)| self.operations[number].place.surface().is_none());
@@ -349,7 +352,9 @@ pub(super) fn singular(
     duration: f64,
 ) -> Option<NotLocated> {
     let (model, mut last) = (&scene.model, start.to_vec());
-    let flown = each_step(&watching(scene), start, parameters, duration, |_, length, _, step| {
+    let flow = watching(scene);
+    let mut most = flow.most_steps();
+    let flown = each_step(&flow, start, parameters, duration, &mut most, |_, length, _, step| {
         step.state_at(length, &mut last);
         None::<()>
     });

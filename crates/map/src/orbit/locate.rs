@@ -194,11 +194,11 @@ impl<'a> Locator<'a> {
         }
         let (start, parameters, period) = self.first_period();
         let (mut steps, mut flown, most) = (0, 0.0, self.effort.most_steps());
-        let whole =
-            each_step(&self.system.flow, &start, &parameters, period, |elapsed, _, _, _| {
-                (steps, flown) = (steps + 1, elapsed);
-                (steps > most).then_some(())
-            });
+        let (flow, mut left) = (&self.system.flow, self.system.flow.most_steps());
+        let whole = each_step(flow, &start, &parameters, period, &mut left, |elapsed, _, _, _| {
+            (steps, flown) = (steps + 1, elapsed);
+            (steps > most).then_some(())
+        });
         // A flow that leaves the finite numbers from here may stay finite from another start.
         let duration = if matches!(whole, Ok(None)) { period } else { flown };
         self.effort.counted(steps, duration);

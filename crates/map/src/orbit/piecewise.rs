@@ -502,8 +502,9 @@ impl PiecewiseFlow {
         Ok((behind.state_at(&-&time), time))
     }
 
-    /// Flies for a duration of at least 0.
-    fn fly<S: Real>(
+    /// Flies for a duration of at least 0, in a limited number of steps, which is lowered by the
+    /// steps taken.
+    pub(super) fn fly<S: Real>(
         &self,
         state: &[S],
         parameters: &[S],

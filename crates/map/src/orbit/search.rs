@@ -17,6 +17,7 @@ use crate::continuation::{
     ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
     between, follow, moved, point_on, unit_vector,
 };
+use crate::flow::Step;
 use crate::model::{OrbitContact, Scene};
 use crate::numeric::low_discrepancy;
 
@@ -83,6 +84,7 @@ impl Looked {
         self.range = [self.range[0].min(orbit.value), self.range[1].max(orbit.value)];
         if orbit.lowest.event.abs() < self.closest.lowest.event.abs() {
             self.closest = orbit.clone();
+        let gap = orbit.lowest.event;
         }
         if self.beyond.is_none() && orbit.beyond {
             self.beyond = Some(orbit.clone());
@@ -216,19 +218,13 @@ impl<'a> Search<'a> {
         let period = self.system.period(&self.unknowns(start, value));
         let (settled, _) = self.settle(start, value);
         let mut ends = vec![[f64::INFINITY, f64::NEG_INFINITY]; states];
-        each_step(
-            &self.system.flow,
-            &settled,
-            &parameters,
-            period,
-            |_, _, state, _| -> Option<()> {
-                for (ends, &value) in ends.iter_mut().zip(state) {
-                    *ends = [ends[0].min(value), ends[1].max(value)];
-                }
-                None
-            },
-        )
-        .ok()?;
+        let look = |_: f64, _: f64, state: &[f64], _: &Step<'_, f64>| -> Option<()> {
+            for (ends, &value) in ends.iter_mut().zip(state) {
+                *ends = [ends[0].min(value), ends[1].max(value)];
+            }
+            None
+        };
+        self.system.each_step(&settled, &parameters, period, look).ok()?;
         let spread = (0..STARTS).map(|number| {
             let mut state = start.to_vec();
             let shares = low_discrepancy(number, states);
@@ -261,14 +257,13 @@ impl<'a> Search<'a> {
     fn between_hits(&self, orbit: &Periodic) -> Option<Periodic> {
         let parameters = self.parameters(orbit.value);
         let period = self.system.period(&self.unknowns(&orbit.start, orbit.value));
-        let flow = &self.system.flow;
-        let events = flow.events(&orbit.start, &parameters, period).ok()?;
+        let events = self.system.events(&orbit.start, &parameters, period).ok()?;
         let mut times: Vec<f64> = events.iter().map(|event| event.time).collect();
         let Some(first) = times.first().copied() else { return Some(orbit.clone()) };
         times.push(first + period);
         let longest = times.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
         let middle = 0.5 * (longest[0] + longest[1]) % period;
-        let start = flow.flow(&orbit.start, &parameters, middle).ok()?;
+        let start = self.system.flow(&orbit.start, &parameters, middle).ok()?;
         self.periodic(orbit.value, &with_reduced_phase(self.scene, start))
     }
 
@@ -282,7 +277,7 @@ impl<'a> Search<'a> {
         let mut named: Vec<usize> = named.collect();
         let parameters = self.parameters(orbit.value);
         let period = self.system.period(&self.unknowns(&orbit.start, orbit.value));
-        let Ok(events) = self.system.flow.events(&orbit.start, &parameters, period) else {
+        let Ok(events) = self.system.events(&orbit.start, &parameters, period) else {
             return false;
         };
         let hits: Vec<usize> =
@@ -421,10 +416,10 @@ impl<'a> Search<'a> {
 
     fn never_touches(&self, looked: &Looked) -> NotLocated {
         NotLocated::NeverTouches {
-            surface: self.scene.model.surfaces[self.surface].name.clone(),
+            surface,
             parameter: self.name(),
             value: looked.closest.value,
-            clearance: looked.closest.lowest.event,
+            clearance,
             tried: looked.orbits,
             range: looked.range,
         }

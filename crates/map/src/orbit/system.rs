@@ -13,11 +13,13 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 
 use super::effort::{Effort, Flight};
+use super::free_flow::each_step;
 use super::grazing_orbit::Grazes;
 use super::newton::{Equations, Root, Scaled, Solved, unit_of};
 use super::outcome::OrbitError;
-use super::piecewise::PiecewiseFlow;
+use super::piecewise::{FlowEvent, PiecewiseFlow};
 use super::section::Geometry;
+use crate::flow::Step;
 use crate::model::Scene;
 use crate::numeric::{Dd, Real, converted};
 
@@ -38,8 +40,6 @@ const AT_REST: f64 = 1e-12;
 const FAR_SMALLER: f64 = 1e-3;
 /// Step along the flow, relative to `T/2π`, for the change of the states' rates.
 const AHEAD: f64 = 1e-6;
-/// Largest number of steps of a flight whose work is not counted.
-const MAX_STEPS: usize = 100_000;
 
 /// Closure and grazes as equations in the unknowns (full state, period of an autonomous system,
 /// graze times, free parameters).
@@ -122,12 +122,42 @@ impl ExtendedSystem {
         parameters: &[S],
         duration: S,
     ) -> Result<Vec<S>, OrbitError> {
-        match &self.effort {
-            None => self.flow.flow(state, parameters, duration),
-            Some(effort) => effort.fly::<S, _>(duration.to_f64(), Flight::Numbers, |steps_left| {
-                self.flow.flow_within(state, parameters, duration, steps_left)
-            }),
-        }
+        self.within_limit::<S, _>(duration, Flight::Numbers, |steps_left| {
+            self.flow.flow_within(state, parameters, duration, steps_left)
+        })
+    }
+
+    /// Events along the flow in a duration of at least 0; the work is counted.
+    ///
+    /// # Errors
+    ///
+    /// As [`flow`](Self::flow).
+    pub(super) fn events(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        duration: f64,
+    ) -> Result<Vec<FlowEvent<f64>>, OrbitError> {
+        self.within_limit(duration, Flight::Numbers, |steps_left| {
+            Ok(self.flow.fly(state, parameters, duration, steps_left)?.events)
+        })
+    }
+
+    /// Steps along the flow as [`each_step`]; the work is counted.
+    ///
+    /// # Errors
+    ///
+    /// As [`flow`](Self::flow).
+    pub(super) fn each_step<T>(
+        &self,
+        state: &[f64],
+        parameters: &[f64],
+        duration: f64,
+        look: impl FnMut(f64, f64, &[f64], &Step<'_, f64>) -> Option<T>,
+    ) -> Result<Option<T>, OrbitError> {
+        self.within_limit(duration, Flight::Numbers, |steps_left| {
+            each_step(&self.flow, state, parameters, duration, steps_left, look)
+        })
     }
 
     /// State as from [`flow`](Self::flow), with its derivatives in the given inputs.
@@ -142,12 +172,21 @@ impl ExtendedSystem {
         duration: S,
         inputs: &[usize],
     ) -> Result<(Vec<S>, DMatrix<S>), OrbitError> {
-        let fly = |steps_left: &mut usize| {
+        self.within_limit::<S, _>(duration, Flight::Jets, |steps_left| {
             self.flow.flow_with_jacobian_within(state, parameters, duration, inputs, steps_left)
-        };
+        })
+    }
+
+    /// Runs a flight in the steps that the limit leaves, and counts them.
+    fn within_limit<S: Real, T>(
+        &self,
+        duration: S,
+        of: Flight,
+        fly: impl FnOnce(&mut usize) -> Result<T, OrbitError>,
+    ) -> Result<T, OrbitError> {
         match &self.effort {
-            None => fly(&mut { MAX_STEPS }),
-            Some(effort) => effort.fly::<S, _>(duration.to_f64(), Flight::Jets, fly),
+            None => fly(&mut self.flow.most_steps()),
+            Some(effort) => effort.fly::<S, _>(duration.to_f64(), of, fly),
         }
     }
 
