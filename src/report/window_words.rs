@@ -252,13 +252,13 @@ fn is_without_image(end: OrbitEnd) -> bool {
     matches!(end, OrbitEnd::NoImage { .. })
 }
 
-/// Warning that orbits end at points without an image, with the commonest reason and its remedy.
+/// Warning that orbits end at points without an image, with the commonest reasons.
 fn no_image_words(ends: usize, all: String) -> Option<String> {
     (ends > 0).then(|| {
         format!(
-            "{ends} of {all} end at a point without an image, as on a tangency section where the \
-             free flight does not turn behind the stop; a section of `kind = \"stroboscopic\"` \
-             needs no turn"
+            "{ends} of {all} end at a point without an image, as beyond a rigid stop, or on a \
+             tangency section where the free flight does not turn behind the stop: a section of \
+             `kind = \"stroboscopic\"` needs no turn"
         )
     })
 }

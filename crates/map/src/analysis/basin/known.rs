@@ -53,6 +53,8 @@ struct Trap {
     form: DMatrix<f64>,
     /// Bound of the quadratic form on the ellipsoid.
     largest: f64,
+    /// Passages that make contact in each return of a period from the point on.
+    contacts: Vec<PassageSet>,
 }
 
 impl Trap {
@@ -61,6 +63,20 @@ impl Trap {
             self.circle.shortest(place, state[place] - self.centre[place])
         });
         offset.dot(&(&self.form * &offset))
+    }
+
+    /// Whether the kept states of an orbit, a period apart and counted back from the last one, come
+    /// nearer and nearer with the contacts of the orbit about the point.
+    fn draws(&self, orbit: &MapOrbit) -> bool {
+        let (states, period) = (orbit.states().collect::<Vec<_>>(), self.contacts.len());
+        let first = (states.len() - 1) % period;
+        let starts: Vec<usize> = (first..states.len()).step_by(period).collect();
+        starts.len() > 1
+            && starts.windows(2).all(|pair| {
+                let made = orbit.steps[pair[0] + 1..=pair[1]].iter().map(|step| step.passages);
+                made.eq(self.contacts.iter().copied())
+                    && self.value(states[pair[1]]) < self.value(states[pair[0]])
+            })
     }
 }
 
@@ -79,7 +95,31 @@ impl Cycle {
     /// converges nearby, otherwise the points as they are.
     pub(super) fn near(map: &dyn DiscreteMap, settled: &[Vec<f64>], scales: &[f64]) -> Self {
         let refined = refine(map, settled, scales);
-        let (points, jacobians) = refined.unwrap_or_else(|| (settled.to_vec(), Vec::new()));
+        Self::new(map, refined.unwrap_or_else(|| (settled.to_vec(), Vec::new())), scales)
+    }
+
+    /// Attracting periodic orbits that Newton's method finds from a state, which may be far from
+    /// them, with periods up to the longest.
+    pub(super) fn around(
+        map: &dyn DiscreteMap,
+        state: &[f64],
+        longest: usize,
+        scales: &[f64],
+    ) -> impl Iterator<Item = Self> {
+        (1..=longest).filter_map(move |period| {
+            let found = newton(map, (state, period), scales, f64::INFINITY)?;
+            Some(Self::new(map, found, scales)).filter(Self::attracts)
+        })
+    }
+
+    /// Whether the last state of an orbit lies in one of the ellipsoids, or its kept states come
+    /// nearer and nearer to the periodic orbit.
+    pub(super) fn draws(&self, orbit: &MapOrbit) -> bool {
+        self.holds(&orbit.last) || self.traps.iter().any(|trap| trap.draws(orbit))
+    }
+
+    /// The orbit through points, with the ellipsoids that the Jacobians there give.
+    fn new(map: &dyn DiscreteMap, (points, jacobians): RefinedOrbit, scales: &[f64]) -> Self {
         let circle = map.circle();
         let mut cycle = Self { points, multipliers: Vec::new(), circle, traps: Vec::new() };
         if jacobians.is_empty() {
@@ -149,17 +189,28 @@ pub(super) fn product_from(jacobians: &[DMatrix<f64>], first: usize) -> DMatrix<
     after.iter().chain(before).fold(identity, |product, jacobian| jacobian * product)
 }
 
-/// Newton's method for a fixed point of the map of the period.
+/// Periodic orbit near the points that an orbit settled on, by Newton's method.
 pub(super) fn refine(
     map: &dyn DiscreteMap,
     settled: &[Vec<f64>],
     scales: &[f64],
 ) -> Option<RefinedOrbit> {
+    newton(map, (settled.first()?, settled.len()), scales, NEARBY)
+}
+
+/// Newton's method for a fixed point of the map of the period, at most `farthest` scales from the
+/// first iterate.
+fn newton(
+    map: &dyn DiscreteMap,
+    (first, period): (&[f64], usize),
+    scales: &[f64],
+    farthest: f64,
+) -> Option<RefinedOrbit> {
     let dimension = scales.len();
-    let mut start = settled.first()?.clone();
+    let mut start = first.to_vec();
     map.circle().reduce(&mut start);
     for _ in 0..NEWTON_STEPS {
-        let ((points, jacobians), mut image) = around(map, &start, settled.len())?;
+        let ((points, jacobians), mut image) = around(map, &start, period)?;
         map.circle().bring_near(&mut image, &start);
         let identity = DMatrix::identity(dimension, dimension);
         let defect = DVector::from_vec(image) - DVector::from_column_slice(&start);
@@ -167,7 +218,7 @@ pub(super) fn refine(
         let size = step.iter().zip(scales).map(|(step, scale)| (step / scale).abs());
         let size = size.fold(0.0, f64::max);
         start.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
-        if size.is_nan() || map.circle().apart(&start, &settled[0], scales) > NEARBY {
+        if size.is_nan() || map.circle().apart(&start, first, scales) > farthest {
             return None;
         }
         if size <= CONVERGED {
@@ -230,14 +281,14 @@ fn trap(
     let sphere: Vec<DVector<f64>> = (0..DIRECTIONS)
         .filter_map(|number| root.tr_solve_lower_triangular(&direction(number, scales.len())))
         .collect();
-    let mut trap = Trap { centre, circle: map.circle(), form, largest: 0.0 };
-    let (_, contacts) = image(map, trap.centre.as_slice(), points.len())?;
+    let (_, contacts) = image(map, centre.as_slice(), points.len())?;
+    let mut trap = Trap { centre, circle: map.circle(), form, largest: 0.0, contacts };
     let is_trapped = |radius: f64| {
         sphere.iter().all(|direction| {
             let start = &trap.centre + direction * radius;
             let image = image(map, start.as_slice(), points.len());
             image.is_some_and(|(image, made)| {
-                made == contacts && trap.value(&image) < radius * radius
+                made == trap.contacts && trap.value(&image) < radius * radius
             })
         })
     };

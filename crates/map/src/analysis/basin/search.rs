@@ -46,6 +46,8 @@ const REPELLING: f64 = 1.0 + 1e-6;
 /// Displacement off a repelling orbit, in scales, and most displacements of a state.
 const KICK: f64 = 1e-6;
 const KICKS: usize = 2;
+/// Longest period of an orbit that is looked for around states that settle slowly.
+const SLOW_PERIODS: usize = 16;
 /// Factor by which an orbit without a period is followed longer before it becomes an attractor.
 const LONGER: usize = 8;
 /// States from which the cells of an attractor without a period are taken, and iterates over which
@@ -301,23 +303,31 @@ impl<'a> BasinSearch<'a> {
 
     /// Class of an orbit that settled on a period.
     fn take_cycle(&mut self, points: &[Vec<f64>], kicks: usize) -> BasinClass {
-        let scales = &self.request.scales;
-        let find = |points: &[Vec<f64>], refined: bool| {
-            self.known.iter().position(|known| {
-                let KnownAttractor::Cycle(cycle) = known else { return false };
-                let both = refined && cycle.is_refined();
-                cycle.passes(points, scales, if both { SETTLED } else { SETTLED_ROUGHLY })
-            })
-        };
-        if let Some(number) = find(points, true) {
+        if let Some(number) = self.known_cycle(points, true) {
             return BasinClass::Attractor(number);
         }
-        let cycle = Cycle::near(&*self.fixed, points, scales);
+        let cycle = Cycle::near(&*self.fixed, points, &self.request.scales);
         if cycle.largest_multiplier() > REPELLING {
             return self.take_kicked(&cycle.points[0], kicks);
         }
-        let number = find(&cycle.points, cycle.is_refined());
-        BasinClass::Attractor(number.unwrap_or_else(|| self.learn(KnownAttractor::Cycle(cycle))))
+        BasinClass::Attractor(self.number_of(cycle))
+    }
+
+    /// Number of a periodic orbit, known from then on.
+    fn number_of(&mut self, cycle: Cycle) -> usize {
+        self.known_cycle(&cycle.points, cycle.is_refined())
+            .unwrap_or_else(|| self.learn(KnownAttractor::Cycle(cycle)))
+    }
+
+    /// Number of the known periodic orbit through the first of some points; `refined` by Newton's
+    /// method or not.
+    fn known_cycle(&self, points: &[Vec<f64>], refined: bool) -> Option<usize> {
+        self.known.iter().position(|known| {
+            let KnownAttractor::Cycle(cycle) = known else { return false };
+            let both = refined && cycle.is_refined();
+            let tolerance = if both { SETTLED } else { SETTLED_ROUGHLY };
+            cycle.passes(points, &self.request.scales, tolerance)
+        })
     }
 
     /// Class of a state near a repelling orbit, displaced off it.
@@ -345,6 +355,9 @@ impl<'a> BasinSearch<'a> {
             return BasinClass::Attractor(number);
         }
         let Some(last) = rows.last() else { return BasinClass::Undecided };
+        if let Some(cycle) = self.cycle_around(last, |cycle| cycle.holds(last)) {
+            return BasinClass::Attractor(self.number_of(cycle));
+        }
         let orbit = MapOrbit::of(&*self.fixed, last, &[], &self.request.longer(LONGER));
         match (orbit.end, orbit.period) {
             (OrbitEnd::Completed, Period::Periodic(period)) => {
@@ -352,9 +365,19 @@ impl<'a> BasinSearch<'a> {
                     orbit.states().take(period).map(<[f64]>::to_vec).collect();
                 self.take_cycle(&points, kicks)
             }
-            (OrbitEnd::Completed, Period::NotFound) => self.take_attractor(&orbit.last),
+            (OrbitEnd::Completed, Period::NotFound) => {
+                match self.cycle_around(&orbit.last, |cycle| cycle.draws(&orbit)) {
+                    Some(cycle) => BasinClass::Attractor(self.number_of(cycle)),
+                    None => self.take_attractor(&orbit.last),
+                }
+            }
             (end, _) => left(end),
         }
+    }
+
+    /// Attracting periodic orbit about a state that settles slowly.
+    fn cycle_around(&self, state: &[f64], attracts: impl Fn(&Cycle) -> bool) -> Option<Cycle> {
+        Cycle::around(&*self.fixed, state, SLOW_PERIODS, &self.request.scales).find(attracts)
     }
 
     /// Class of an orbit that stays without a period: a new attractor.
@@ -657,6 +680,21 @@ mod tests {
     fn attractors_without_a_period_are_told_apart() {
         // Cubic maps below their merging crisis at a = 3√3/2: one attractor on each side of 0.
         let cubic = |[x, y]: [f64; 2]| [2.5 * x - x * x * x, 0.3 * y];
+    #[test]
+    fn states_that_settle_slowly_reach_one_orbit() {
+        // A rotation by 0.7 that contracts by 1e-5 an iterate, about two points in turn.
+        let slow = |[x, y]: [f64; 2]| {
+            let (sin, cos, factor) = (0.7_f64.sin(), 0.7_f64.cos(), 1.0 - 1e-5);
+            let x = x + 3.0;
+            [-(factor * (cos * x - sin * y)) - 3.0, -(factor * (sin * x + cos * y))]
+        };
+        let (_, classes, attractors) = classes(slow, 1.5);
+        let [attractor] = &attractors[..] else { panic!("{} attractors", attractors.len()) };
+        assert_eq!(attractor.period, Period::Periodic(1));
+        assert!((attractor.states[0][0] + 3.0).abs() < 1e-9, "{:?}", attractor.states);
+        assert!(classes.iter().all(|class| *class == BasinClass::Attractor(0)));
+    }
+
         let (states, classes, attractors) = classes(cubic, 1.5);
         assert_eq!(attractors.len(), 2);
         assert!(attractors.iter().all(|found| found.period == Period::NotFound));
