@@ -154,7 +154,7 @@ impl Pair<'_> {
                     state: state.clone().unwrap_or_else(|| map.start(own)),
                     parameters: own.clone(),
                 });
-                let settled = map.settle(&starts.collect::<Vec<_>>(), &self.request);
+                let settled = map.settle(&starts.collect::<Vec<_>>(), &self.request, &|| ());
                 for (carried, Settled { orbit, .. }) in carried.iter_mut().zip(&settled) {
                     let completed = orbit.end == OrbitEnd::Completed;
                     *carried = completed.then(|| orbit.last.clone());
@@ -188,7 +188,7 @@ impl Pair<'_> {
             let (state, parameters) = (from.last.clone(), parameters.to_vec());
             let transient = LONGER * self.request.transient;
             let request = OrbitRequest { transient, ..self.request.clone() };
-            let mut settled = map.settle(&[Start { state, parameters }], &request);
+            let mut settled = map.settle(&[Start { state, parameters }], &request, &|| ());
             settled.remove(0).orbit
         };
         let [guarded, direct] = orbits;

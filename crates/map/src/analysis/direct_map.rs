@@ -455,11 +455,15 @@ impl<'m, 'a> DirectPoints<'m, 'a> {
         Self { map, groups: parameters.chunks(DIRECT_LANES).map(group).collect() }
     }
 
-    /// Step function of these points, for iterating orbits in step.
-    pub(super) fn returns(
-        &mut self,
-    ) -> impl FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]) + use<'_, 'm, 'a> {
-        |wanted, states, images, steps| self.step(wanted, states, images, steps)
+    /// Step function of these points, for iterating orbits in step; `watch` is told of every step.
+    pub(super) fn returns<'w>(
+        &'w mut self,
+        watch: &'w dyn Fn(),
+    ) -> impl FnMut(&[bool], &[f64], &mut [f64], &mut [StepInfo]) + use<'w, 'm, 'a> {
+        |wanted, states, images, steps| {
+            self.step(wanted, states, images, steps);
+            watch();
+        }
     }
 
     /// Makes one return of the wanted points, whose states are stored one after another; the images

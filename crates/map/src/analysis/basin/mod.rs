@@ -17,7 +17,7 @@ use super::diagram::{SweepSubject, Timing};
 use super::error::{AnalysisError, active_place, check_length, coordinate_place};
 use super::motion::MotionEvents;
 use super::periodic::ContactItinerary;
-use super::progress::{Progress, Shard, given};
+use super::progress::{PartProgress, Progress, Shard, given};
 use super::refinement::{Tiles, first_asked, neighbours, refine, refine_share};
 use super::section_frame::{EscapeBound, escape_bounds, itinerary};
 use super::time_series::TimeSeriesRequest;
@@ -371,7 +371,7 @@ pub fn basin(
     let mut search = search.with_found(given(progress));
     let grid = BasinGrid::new(request);
     let mut classes = |cells: &[usize]| {
-        progress.expect(cells.len() as u64);
+        progress.expect(cells.len() as u64 * PartProgress::UNITS);
         search.classes(cells, |cell| grid.state(cell))
     };
     let (classes, computed, probes) = if request.every_cell {

@@ -16,7 +16,7 @@ use super::known::{Cells, Cycle};
 use super::{Attractor, BasinClass};
 use crate::analysis::diagram::{SideBySide, SweptMap, name, nominal_period};
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{Progress, Shard, resumed_if};
+use crate::analysis::progress::{NoProgress, PartProgress, Progress, Shard, resumed_if};
 use crate::expansion::MapWindow;
 use crate::iteration::parallel;
 use crate::iteration::{
@@ -191,9 +191,8 @@ impl<'a> BasinSearch<'a> {
             let fits = |found: &Vec<Followed>| {
                 found.len() == starts.len() && found.iter().all(|followed| self.fits(followed))
             };
-            let found = resumed_if(progress, &place, fits, || self.follow_but(starts));
-            progress.advance(starts.len() as u64);
-            found
+            let part = PartProgress::new(progress, starts.len() as u64 * PartProgress::UNITS);
+            resumed_if(progress, &place, fits, || self.follow_but(starts, &part))
         };
         parallel::map(starts.chunks(BLOCK).enumerate(), block).concat()
     }
@@ -216,14 +215,14 @@ impl<'a> BasinSearch<'a> {
     }
 
     /// Follows those of the states that no share has followed.
-    fn follow_but(&self, starts: &[IndexedState]) -> Vec<Followed> {
+    fn follow_but(&self, starts: &[IndexedState], progress: &dyn Progress) -> Vec<Followed> {
         let known = |number: usize| {
             let found = self.found.get(&(self.known.len(), number));
             found.filter(|followed| self.fits(followed))
         };
         let others = starts.iter().filter(|(number, _)| known(*number).is_none());
         let others: Vec<&[f64]> = others.map(|(_, state)| &state[..]).collect();
-        let mut others = self.follow(&others).into_iter();
+        let mut others = self.follow(&others, progress).into_iter();
         let found = |(number, _): &IndexedState| known(*number).cloned().or_else(|| others.next());
         starts.iter().filter_map(found).collect()
     }
@@ -246,7 +245,7 @@ impl<'a> BasinSearch<'a> {
         let hands_over = shard.share.number() == 1;
         for round in rounds(first.len()).into_iter().take(ROUNDS_OF_ALL) {
             let starts = starts(&mut round.iter().map(|&place| first[place]));
-            shard.own.expect(starts.len() as u64);
+            shard.own.expect(starts.len() as u64 * PartProgress::UNITS);
             let progress: &dyn Progress = if hands_over { shard } else { shard.own };
             for ((number, _), followed) in starts.iter().zip(self.followed(&starts, progress)) {
                 classes.insert(*number, self.take(followed, KICKS));
@@ -256,7 +255,7 @@ impl<'a> BasinSearch<'a> {
         refine(&mut |wanted| {
             let new = wanted.iter().copied().filter(|number| !classes.contains_key(number));
             let new = starts(&mut new.collect::<Vec<_>>().into_iter());
-            shard.own.expect(new.len() as u64);
+            shard.own.expect(new.len() as u64 * PartProgress::UNITS);
             // New attractors separate cells; they do not end the orbits of other states.
             let more = self.known.split_off(known);
             let followed = self.followed(&new, shard.own);
@@ -271,10 +270,11 @@ impl<'a> BasinSearch<'a> {
     }
 
     /// Follows states, as many at a time as the map has lanes.
-    fn follow(&self, starts: &[&[f64]]) -> Vec<Followed> {
+    fn follow(&self, starts: &[&[f64]], progress: &dyn Progress) -> Vec<Followed> {
+        progress.expect((starts.len() * self.request.transient.max(1)) as u64);
         let mut found = Vec::new();
         self.map.side_by_side(self.parameters, &mut |orbits| {
-            found = Follower::new(self, starts).run(orbits);
+            found = Follower::new(self, starts).run(orbits, progress);
         });
         found
     }
@@ -337,7 +337,7 @@ impl<'a> BasinSearch<'a> {
         }
         let pairs = state.iter().zip(&self.request.scales);
         let beside: Vec<f64> = pairs.map(|(value, scale)| value + KICK * scale).collect();
-        let followed = self.follow(&[&beside]).pop();
+        let followed = self.follow(&[&beside], &NoProgress).pop();
         followed.map_or(BasinClass::Undecided, |followed| self.take(followed, kicks - 1))
     }
 
@@ -482,7 +482,7 @@ impl<'s, 'a> Follower<'s, 'a> {
         Self { search, starts, next: 0, slots: Vec::new(), found: vec![None; starts.len()] }
     }
 
-    fn run(mut self, orbits: &mut SideBySide<'_>) -> Vec<Followed> {
+    fn run(mut self, orbits: &mut SideBySide<'_>, progress: &dyn Progress) -> Vec<Followed> {
         let chunk = OrbitRequest { transient: 0, keep: CHUNK, ..self.search.request.clone() };
         let last = OrbitRequest { transient: 0, ..self.search.request.clone() };
         loop {
@@ -499,6 +499,7 @@ impl<'s, 'a> Follower<'s, 'a> {
                 let states: Vec<&[f64]> = slots.iter().map(|slot| &slot.state[..]).collect();
                 let made = orbits(&states, request);
                 for (slot, orbit) in slots.into_iter().zip(made) {
+                    progress.advance(orbit.steps.len() as u64);
                     self.advance(slot, orbit);
                 }
             }
@@ -575,7 +576,6 @@ impl<'s, 'a> Follower<'s, 'a> {
 mod tests {
     use super::*;
     use crate::analysis::diagram::UnobservedSweep;
-    use crate::analysis::progress::NoProgress;
     use crate::iteration::{Itinerary, StepInfo};
 
     /// A map of the plane with a Jacobian by differences.
@@ -677,10 +677,6 @@ mod tests {
     }
 
     #[test]
-    fn attractors_without_a_period_are_told_apart() {
-        // Cubic maps below their merging crisis at a = 3√3/2: one attractor on each side of 0.
-        let cubic = |[x, y]: [f64; 2]| [2.5 * x - x * x * x, 0.3 * y];
-    #[test]
     fn states_that_settle_slowly_reach_one_orbit() {
         // A rotation by 0.7 that contracts by 1e-5 an iterate, about two points in turn.
         let slow = |[x, y]: [f64; 2]| {
@@ -699,6 +695,10 @@ mod tests {
         assert_eq!(attractors.len(), 2);
         assert!(attractors.iter().all(|found| found.period == Period::NotFound));
         let side = |class: &BasinClass| match class {
+    #[test]
+    fn attractors_without_a_period_are_told_apart() {
+        // Cubic maps below their merging crisis at a = 3√3/2: one attractor on each side of 0.
+        let cubic = |[x, y]: [f64; 2]| [2.5 * x - x * x * x, 0.3 * y];
             BasinClass::Attractor(number) => attractors[*number].states[0][0],
             _ => f64::NAN,
         };

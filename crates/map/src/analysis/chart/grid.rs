@@ -9,7 +9,7 @@ use crate::analysis::diagram::{
     settle,
 };
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::progress::{MOST_ITERATES, Progress, Shard, given, resumed_if};
+use crate::analysis::progress::{MOST_ITERATES, PartProgress, Progress, Shard, given, resumed_if};
 use crate::analysis::refinement::{BlockProbes, Tiles, refine, refine_share};
 use crate::expansion::MapWindow;
 use crate::iteration::parallel;
@@ -128,38 +128,45 @@ impl ChartGrid<'_> {
         known: &KnownCells,
         progress: &dyn Progress,
     ) -> Vec<CellFound> {
-        progress.expect(wanted.len() as u64);
+        progress.expect(wanted.len() as u64 * PartProgress::UNITS);
         let lanes = self.map.lanes();
         let block = |(number, cells): (usize, &[usize])| {
             // NOTE: blocks have other lengths on another device.
-            let (units, place) = (cells.len() as u64, [round, number as u64, lanes as u64]);
+            let place = [round, number as u64, lanes as u64];
+            let part = PartProgress::new(progress, cells.len() as u64 * PartProgress::UNITS);
             let fits =
                 |found: &Vec<CellFound>| found.len() == cells.len() && found.iter().all(is_found);
-            let found = resumed_if(progress, &place, fits, || self.block_but(cells, known));
-            progress.advance(units);
-            found
+            resumed_if(progress, &place, fits, || self.block_but(cells, known, &part))
         };
         parallel::map(wanted.chunks(lanes).enumerate(), block).into_iter().flatten().collect()
     }
 
     /// Attractors of cells, of which some are known.
-    fn block_but(&self, cells: &[usize], known: &KnownCells) -> Vec<CellFound> {
+    fn block_but(
+        &self,
+        cells: &[usize],
+        known: &KnownCells,
+        progress: &dyn Progress,
+    ) -> Vec<CellFound> {
         let others: Vec<usize> =
             cells.iter().copied().filter(|cell| !known.contains_key(cell)).collect();
-        let mut others = self.block(&others).into_iter();
+        let mut others = self.block(&others, progress).into_iter();
         let found = |cell| known.get(cell).cloned().or_else(|| others.next());
         cells.iter().filter_map(found).collect()
     }
 
     /// Attractors of cells, and the iterates needed.
-    fn block(&self, cells: &[usize]) -> Vec<CellFound> {
+    fn block(&self, cells: &[usize], progress: &dyn Progress) -> Vec<CellFound> {
         if cells.is_empty() {
             return Vec::new();
         }
         let entries: Vec<Entry> = cells.iter().map(|&cell| self.entry(cell)).collect();
         let mut known: Vec<(Vec<Settled>, u64)> = vec![(Vec::new(), 0); cells.len()];
+        let returns = self.orbit.transient + self.orbit.keep;
+        progress.expect((self.starts.len() * returns) as u64);
+        let watch = || progress.advance(1);
         for start in self.starts {
-            let found = settle(self.map, entries.clone(), start.as_deref(), &self.orbit);
+            let found = settle(self.map, entries.clone(), start.as_deref(), &self.orbit, &watch);
             for ((found, entry), (known, iterates)) in
                 found.into_iter().zip(&entries).zip(&mut known)
             {
@@ -207,7 +214,7 @@ impl ChartGrid<'_> {
             let start = Start { state: settled.orbit.last.clone(), parameters: parameters.into() };
             let longer = self.orbit.longer(LONGER);
             iterates = (longer.transient + longer.keep) as u64;
-            settled = self.map.settle(&[start], &longer).remove(0);
+            settled = self.map.settle(&[start], &longer, &|| ()).remove(0);
         }
         let is_new = stays(&settled) && !is_known(&settled);
         if known.is_empty() || is_new && known.len() < self.request.attractors {

@@ -55,7 +55,7 @@ impl<'a> DeviceSweep<'a> {
     /// Orbits by the underlying map, on all cores.
     fn behind(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
         let chunks = starts.chunks(self.map.lanes());
-        parallel::map(chunks, |starts| self.map.settle(starts, request))
+        parallel::map(chunks, |starts| self.map.settle(starts, request, &|| ()))
             .into_iter()
             .flatten()
             .collect()
@@ -79,7 +79,7 @@ impl SweptMap for DeviceSweep<'_> {
         self.lanes
     }
 
-    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+    fn settle(&self, starts: &[Start], request: &OrbitRequest, _: &dyn Fn()) -> Vec<Settled> {
         if starts.len() < FEWEST || self.device.has_failed() {
             return self.behind(starts, request);
         }

@@ -14,7 +14,7 @@ mod swept_map;
 use serde::Serialize;
 
 use super::error::{AnalysisError, active_place};
-use super::progress::{Progress, Shard, SubProgress};
+use super::progress::{PartProgress, Progress, Shard, SubProgress};
 use super::section_frame::{escape_bounds, itinerary};
 use crate::expansion::LocalMap;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, Period};
@@ -164,7 +164,7 @@ fn run_sweeps<T>(
     };
     let ways = starts.iter().flat_map(|&start| headings.iter().map(move |&way| (start, way)));
     let ways: Vec<_> = ways.collect();
-    progress.expect((plan.maps.len() * ways.len() * values) as u64);
+    progress.expect((plan.maps.len() * ways.len() * values) as u64 * PartProgress::UNITS);
     let sweeps = plan
         .maps
         .iter()
@@ -248,7 +248,7 @@ pub fn measure_graze(
         Entry { parameters, carried: None }
     };
     let entries: Vec<Entry> = SHARES.into_iter().map(entry).collect();
-    let found = settle(&*swept, entries.clone(), None, &request);
+    let found = settle(&*swept, entries.clone(), None, &request, &|| ());
     let side = |(found, entry): (FoundAttractor, Entry)| {
         let (settled, parameters) = (found.settled, entry.parameters);
         let near = settled.orbit.end == OrbitEnd::Completed

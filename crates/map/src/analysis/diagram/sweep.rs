@@ -189,12 +189,14 @@ struct AttractorSearch {
 
 /// Attractors of a map for several entries, in parallel for at most as many as the map has lanes:
 /// the first orbit that stays, started from the carried state or else from the start. An orbit on a
-/// repelling period is displaced and followed further.
+/// repelling period is displaced and followed further. `watch` is told of every step in which an
+/// orbit is simulated.
 pub(in crate::analysis) fn settle(
     map: &dyn SweptMap,
     entries: Vec<Entry>,
     start: Option<&[f64]>,
     request: &OrbitRequest,
+    watch: &dyn Fn(),
 ) -> Vec<FoundAttractor> {
     let mut searches: Vec<AttractorSearch> =
         entries.into_iter().map(AttractorSearch::new).collect();
@@ -209,7 +211,7 @@ pub(in crate::analysis) fn settle(
         if starts.is_empty() {
             break;
         }
-        let settled = map.settle(&starts, request);
+        let settled = map.settle(&starts, request, watch);
         for ((place, kicked), settled) in places.into_iter().zip(settled) {
             searches[place].take(map, settled, kicked, request);
         }
@@ -311,12 +313,14 @@ pub(super) fn visit(
     request: &SweepRequest,
     start: Option<&[f64]>,
     values: Vec<(Option<Vec<f64>>, f64)>,
+    watch: &dyn Fn(),
 ) -> Vec<Visit> {
     let entry = |(carried, offset): &(Option<Vec<f64>>, f64)| Entry {
         parameters: request.parameters(map, *offset),
         carried: carried.clone(),
     };
-    let found = settle(map, values.iter().map(entry).collect(), start, &request.orbit);
+    let entries = values.iter().map(entry).collect();
+    let found = settle(map, entries, start, &request.orbit, watch);
     let visits = found.into_iter().zip(values).map(|(found, (carried, offset))| {
         let (settled, parameters) = (found.settled, request.parameters(map, offset));
         let stayed = settled.orbit.end == OrbitEnd::Completed;

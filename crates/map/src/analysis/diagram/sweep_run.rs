@@ -13,7 +13,9 @@ use std::time::Instant;
 use super::data::{DiagramPoint, Shares, Sweep, SweepHeading, Timing};
 use super::sweep::{Reach, SweepRequest, Visit, starts, visit};
 use super::swept_map::SweptMap;
-use crate::analysis::progress::{MOST_ITERATES, Progress, Shard, keep, recalled};
+use crate::analysis::progress::{
+    MOST_ITERATES, NoProgress, PartProgress, Progress, Shard, keep, recalled,
+};
 use crate::iteration::parallel;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitRequest};
 
@@ -131,10 +133,11 @@ impl KeptVisits<'_> {
         keep(self.progress, &self.place(value), visit);
     }
 
-    /// Reports visits; corrections are not part of the announced work.
-    fn advance(&self, visits: u64) {
-        if self.round == 0 {
-            self.progress.advance(visits);
+    /// Progress of some visits; corrections are not part of the announced work.
+    fn part(&self, visits: usize) -> PartProgress<'_> {
+        match self.round {
+            0 => PartProgress::new(self.progress, visits as u64 * PartProgress::UNITS),
+            _ => PartProgress::new(&NoProgress, 0),
         }
     }
 }
@@ -230,7 +233,7 @@ impl<'a> SweepRun<'a> {
         fronts.retain_mut(|front| {
             let mut continues = true;
             while continues && let Some(visit) = pieces.recall(front.value) {
-                pieces.advance(1);
+                drop(pieces.part(1));
                 continues = self.keep(front, visit, &mut found);
             }
             continues
@@ -238,8 +241,10 @@ impl<'a> SweepRun<'a> {
         while !fronts.is_empty() {
             let value = |front: &Front| (front.carried.clone(), self.offsets[front.value]);
             let values = fronts.iter().map(value).collect();
-            let visits = visit(self.map, self.request, self.start, values);
-            pieces.advance(visits.len() as u64);
+            let part = pieces.part(fronts.len());
+            part.expect((self.request.orbit.transient + self.request.orbit.keep) as u64);
+            let visits = visit(self.map, self.request, self.start, values, &|| part.advance(1));
+            drop(part);
             let mut visits = visits.into_iter();
             fronts.retain_mut(|front| {
                 visits.next().is_some_and(|visit| {
@@ -316,7 +321,6 @@ impl<'a> SweepRun<'a> {
 mod tests {
     use super::*;
     use crate::analysis::diagram::swept_map::{Settled, Start};
-    use crate::analysis::progress::NoProgress;
     use crate::expansion::MapWindow;
     use crate::iteration::{DiscreteMap, Itinerary, StepInfo};
     use crate::model::{Method, even_offsets};
@@ -398,7 +402,7 @@ mod tests {
         fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
             Box::new(At { parameter: parameters[0], misled: self.misled })
         }
-        fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+        fn settle(&self, starts: &[Start], request: &OrbitRequest, _: &dyn Fn()) -> Vec<Settled> {
             let settle = |start: &Start| Settled {
                 orbit: MapOrbit::of(&Hysteresis, &start.state, &start.parameters, request),
                 lyapunov: None,

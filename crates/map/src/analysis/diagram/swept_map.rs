@@ -52,8 +52,9 @@ pub trait SweptMap: Sync {
         1
     }
 
-    /// Attractors of the map from `starts`, at most as many as the map has lanes.
-    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+    /// Attractors of the map from `starts`, at most as many as the map has lanes; `watch` is told
+    /// of every step in which an orbit is simulated.
+    fn settle(&self, starts: &[Start], request: &OrbitRequest, _watch: &dyn Fn()) -> Vec<Settled> {
         let single = |start: &Start| settle_single(self, start, request);
         starts.iter().map(single).collect()
     }
@@ -299,7 +300,7 @@ impl SweptMap for FrozenSweep {
         LANES
     }
 
-    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+    fn settle(&self, starts: &[Start], request: &OrbitRequest, _: &dyn Fn()) -> Vec<Settled> {
         // Far from its window a polynomial is meaningless, whatever it settles on.
         let request = &request.near_the_window();
         if starts.len() < FEWEST_MAP_LANES {
@@ -371,10 +372,10 @@ impl SweptMap for DirectSweep<'_> {
         DIRECT_LANES
     }
 
-    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+    fn settle(&self, starts: &[Start], request: &OrbitRequest, watch: &dyn Fn()) -> Vec<Settled> {
         let (parameters, states) = parts(starts);
         let mut points = DirectPoints::new(&self.map, &parameters);
-        let orbits = MapOrbit::in_step(&states, request, points.returns());
+        let orbits = MapOrbit::in_step(&states, request, points.returns(watch));
         orbits.into_iter().map(|orbit| Settled { orbit, lyapunov: None }).collect()
     }
 
@@ -387,7 +388,7 @@ impl SweptMap for DirectSweep<'_> {
         let mut points = DirectPoints::new(&self.map, &[parameters; DIRECT_LANES]);
         work(&mut |states, request| {
             padded::<DIRECT_LANES>(states, |states| {
-                MapOrbit::in_step(states, request, points.returns())
+                MapOrbit::in_step(states, request, points.returns(&|| ()))
             })
         });
     }
@@ -458,11 +459,12 @@ impl SweptMap for GuardedSweep<'_> {
         self.map.lanes()
     }
 
-    fn settle(&self, starts: &[Start], request: &OrbitRequest) -> Vec<Settled> {
+    fn settle(&self, starts: &[Start], request: &OrbitRequest, watch: &dyn Fn()) -> Vec<Settled> {
         let (parameters, states) = parts(starts);
         let mut map = self.map.map.freeze_lanes::<LANES>(&parameters);
         let mut points = DirectPoints::new(&self.direct, &parameters);
-        let orbits = map.guarded_orbits(&states, request, &self.window, &mut points.returns());
+        let returns = &mut points.returns(watch);
+        let orbits = map.guarded_orbits(&states, request, &self.window, returns);
         settled(self, orbits, starts, |orbits| {
             let last: Vec<&[f64]> = orbits.iter().map(|orbit| &orbit.last[..]).collect();
             map.guarded_lyapunov_exponents(&last, TANGENT_TRANSIENT, request.keep, &self.window)
@@ -479,7 +481,7 @@ impl SweptMap for GuardedSweep<'_> {
         let mut points = DirectPoints::new(&self.direct, &[parameters; LANES]);
         work(&mut |states, request| {
             padded::<LANES>(states, |states| {
-                map.guarded_orbits(states, request, &self.window, &mut points.returns())
+                map.guarded_orbits(states, request, &self.window, &mut points.returns(&|| ()))
             })
         });
     }
