@@ -8,7 +8,7 @@ use crate::convergence::{
     Choice, ConvergenceOptions, ConvergenceStudy, SectionVerdict, choose_orders, converge,
     settle_section,
 };
-use crate::expansion::{Expander, WindowEdge};
+use crate::expansion::{Expander, WindowEdge, lacks_release};
 use crate::model::{Orders, Scene, SectionRule, nearest};
 use crate::orbit::{GrazeTheory, GrazingOrbit, graze_theory, locate};
 use crate::report::SectionDocument;
@@ -66,7 +66,11 @@ impl Graze {
     /// cannot be computed.
     pub fn theory(&self) -> Result<GrazeTheory, Error> {
         self.orbit.physical(&self.scene)?;
-        Ok(graze_theory(&self.scene, &self.orbit)?)
+        let theory = graze_theory(&self.scene, &self.orbit)?;
+        Ok(match lacks_release(&self.scene, &self.orbit) {
+            true => theory.without_release(),
+            false => theory,
+        })
     }
 
     /// Value of a parameter at which the orbit grazes.

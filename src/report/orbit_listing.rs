@@ -397,6 +397,9 @@ impl GrazeStudy {
             Expectation::Displaced { .. } => {
                 "an orbit that grazes jumps, since the impact moves a state that only touches"
             }
+            Expectation::NoRelease => {
+                "theory says nothing of it, since the contact has no release near the graze"
+            }
             Expectation::CodimensionTwo { n } => {
                 return format!("no sign decides what follows: xi_{n} is zero, codimension two");
             }
@@ -473,6 +476,11 @@ impl GrazeStudy {
                 "theory: the impact moves a state that touches with zero normal velocity (by \
                  {displacement:.3e}): an orbit that grazes jumps, and there is no map near it"
             ),
+            Expectation::NoRelease => {
+                "theory: nothing is said, since the contact has no release near the graze: it does \
+                 not push back, or it lasts; `expand` says which"
+                    .to_owned()
+            }
             Expectation::Unbounded => format!(
                 "theory: the contact begins with y^{}: multipliers of the orbit with contact grow \
                  without bound next to the graze, more slowly than at a rigid stop, and it is \

@@ -2,11 +2,12 @@
 //! scene in `gallery/outside/scenes` and in `tests/data/outside` says how its numbers are known.
 
 use grazemap::Scene;
+use grazemap::model::catalogue;
 use grazemap::orbit::{
     CurveEnd, CurveOptions, CurveOutcome, Expectation, GrazingOrbit, MarginOutcome, NotLocated,
     curve, graze_theory, locate, margin,
 };
-use grazemap::pipeline::{CurveKeys, NearestKeys};
+use grazemap::pipeline::{CurveKeys, FindGraze as _, NearestKeys};
 use grazemap::{Error, analysis::NoProgress};
 
 use crate::support::scenes::{NONE, index, orbit, outside_text, parsed, scene_with};
@@ -246,6 +247,25 @@ fn theory_is_silent_where_an_impact_moves_a_touching_state() {
     assert!((displacement - 0.1).abs() < 1e-12, "{displacement}");
 }
 
+#[test]
+fn theory_is_silent_where_a_contact_has_no_release_near_the_graze() {
+    // A contact that does not push back, one that is never left, and a prestress that holds the
+    // stop back; and beside each one that is left at the graze.
+    let cases = [
+        ("20*(x - delta)", "v", Expectation::NoRelease),
+        ("free - 20*(x - delta)", "1", Expectation::NoRelease),
+        ("free - 0.5 - 20*(x - delta)", "0.5 + 20*(x - delta)", Expectation::NoRelease),
+        ("free - 20*(x - delta)", "20*(x - delta)", Expectation::Finite),
+    ];
+    let text = catalogue::text("linear").expect("a scene of the catalogue");
+    for (contact, release, expected) in cases {
+        let law = format!("contact = {{ v = \"{contact}\" }}\nrelease = \"{release}\"\n");
+        let scene = parsed(&text.replace("impact = { v = \"-r*v\" }\n", &law), "linear", &NONE);
+        let found = scene.graze().expect("an orbit").theory().expect("an orbit").expectation;
+        assert_eq!(found, expected, "{contact}, released at {release}");
+    }
+}
+
 /// A curve to frequencies at which a period lasts for ever ends with what it has, and says why.
 #[test]
 fn a_curve_does_a_bounded_amount_of_work() {
@@ -297,7 +317,6 @@ fn an_orbit_through_another_stop_is_refused_with_surface_depth_and_phase() {
 
 #[test]
 fn an_orbit_through_another_stop_has_no_theory_and_no_map() {
-    use grazemap::pipeline::FindGraze as _;
     let graze = outside(F07, &NONE).graze().expect("the orbit of the free flow");
     let is_refused = |error: Error| {
         assert!(error.ended_otherwise(), "{error}");

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::approach::{Approach, DepthVariable, kept_to_minimum, time_of_minimum};
-use super::error::ExpansionError;
+use super::error::{ContactLawError, ExpansionError};
 use super::local_map::{Contact, DepthForm};
 use super::passage::{ContactLaw, Passage};
 use super::power_law::{PowerCorrections, PowerFlight, PowerTerm, exponent_of};
@@ -21,8 +21,9 @@ use super::routes::Graze;
 use super::variables::{Variables, fold_depth_powers, respace};
 use crate::flow::{Field, Program, evaluate, local_series_kept_to};
 use crate::jet::{Jet, JetSpace};
+use crate::model::Scene;
 use crate::numeric::{Dd, Real};
-use crate::orbit::PoincareSectionKind;
+use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 
 /// Expands the discontinuity mapping on a section to the weight `weight`.
 ///
@@ -265,6 +266,22 @@ impl<'a> Through<'a> {
             Self::Contact { release, .. } => release.lost_weights(),
         }
     }
+}
+
+/// Whether a contact of an orbit has no release near its graze: its field does not push back, or
+/// its release function has no root there. `false` where the law has no expansion for any other
+/// reason.
+pub fn lacks_release(scene: &Scene, orbit: &GrazingOrbit) -> bool {
+    (0..orbit.passages.len()).any(|number| {
+        let graze = Graze::new(scene, orbit, number);
+        let through = graze.as_ref().ok().map(Through::of);
+        matches!(
+            through,
+            Some(Err(ExpansionError::ContactLaw(
+                ContactLawError::Acceleration { .. } | ContactLawError::NoRelease { .. }
+            )))
+        )
+    })
 }
 
 /// Speed at which the surface is met, `−h'` at the entry, as `y · linear + y² · quadratic`.

@@ -24,7 +24,7 @@ mod variables;
 
 pub use composition::{ComposedMap, DepthPolynomial, DepthTerm, compose};
 pub use depth_series::{DepthSeries, LeadingLaw, WindowEdge};
-pub use discontinuity::{ImpactSpeed, discontinuity, impact_speed};
+pub use discontinuity::{ImpactSpeed, discontinuity, impact_speed, lacks_release};
 pub use error::{ContactLawError, ExpansionError, FlightError, LawKind, PowerProblem};
 pub use expand::{Expander, Legs, RADIUS_ORDER};
 pub use flown::{Arithmetic, FlightPlan, FlightWindow, FlownContact, Numbers, flown_contact};

@@ -115,6 +115,9 @@ pub enum Expectation {
         /// Largest change of a component.
         displacement: f64,
     },
+    /// The contact has no release near the graze: it does not push back, or lasts. There is no map
+    /// near the graze.
+    NoRelease,
     /// The orbit comes to rest against a stop, and its state there is the same with contact and
     /// without.
     Forgotten,
@@ -149,6 +152,14 @@ pub enum AttractorRoute {
     PeriodAddingWithChaos,
     /// Above 2/3: chaos at once.
     Chaos,
+}
+
+impl GrazeTheory {
+    /// The theory of a graze whose contact has no release near it, which the graze alone does not
+    /// show: nothing is predicted.
+    pub fn without_release(self) -> Self {
+        Self { orbits: Vec::new(), expectation: Expectation::NoRelease, ..self }
+    }
 }
 
 /// Theory of the graze of an orbit.
