@@ -75,6 +75,7 @@ struct SavedPoint {
     label: Option<BranchLabel>,
     #[serde(default)]
     grazing: Vec<[usize; 2]>,
+    surface: Option<String>,
 }
 
 impl Source {
@@ -187,21 +188,26 @@ impl SavedBranches {
         }
         let wrong = |reason: &str| BranchPlaceError::NotBranches { reason: reason.to_owned() };
         let all = point.states.len();
-        let &[first, passage] =
-            point.grazing.first().ok_or_else(|| wrong("a graze names the passage that grazes"))?;
-        // An orbit that runs several times through a shorter one grazes in each of its runs.
-        let runs = point.grazing.len();
-        let is_run = |(run, &[at, which]): (usize, &[usize; 2])| {
-            which == passage && (at - first.min(at)) * runs == run * all
+        let (first, passage, name, runs) = match (point.grazing.first(), &point.surface) {
+            (Some(&[first, passage]), _) => {
+                // An orbit that runs several times through a shorter one grazes in each of its
+                // runs.
+                let runs = point.grazing.len();
+                let is_run = |(run, &[at, which]): (usize, &[usize; 2])| {
+                    which == passage && (at - first.min(at)) * runs == run * all
+                };
+                if !all.is_multiple_of(runs) || !point.grazing.iter().enumerate().all(is_run) {
+                    return Err(BranchPlaceError::SeveralGrazes { number, grazes: runs });
+                }
+                (first, Some(passage), self.passages.get(passage), runs)
+            }
+            (None, Some(surface)) => (0, None, Some(surface), 1),
+            (None, None) => return Err(wrong("a graze names the passage or surface that grazes")),
         };
-        if !all.is_multiple_of(runs) || !point.grazing.iter().enumerate().all(is_run) {
-            return Err(BranchPlaceError::SeveralGrazes { number, grazes: runs });
-        }
         let returns = all / runs;
         if scene.model.phase.is_none() && returns > 1 {
             return Err(BranchPlaceError::SeveralReturns { number, returns });
         }
-        let name = self.passages.get(passage);
         let surface = name
             .and_then(|name| scene.model.surfaces.iter().position(|surface| surface.name == *name));
         let active = scene.expansion.active.iter();

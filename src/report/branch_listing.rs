@@ -160,7 +160,7 @@ impl BranchListing {
             .count("point", |(number, _)| number + 1)
             .count("branch", |(_, (branch, ..))| branch.branch)
             .text("itinerary", |(_, (branch, ..))| &branch.itinerary)
-            .text("label", |(_, (.., special))| special.label.letters())
+            .text("label", |(_, (.., special))| special_words(special))
             .number(&self.along, 10, |(_, (_, orbit, _))| self.along(orbit).0)
             .number(&value, 10, |(_, (_, orbit, _))| self.along(orbit).1)
             .numbers(&self.section.coordinates, 5, |(_, (_, orbit, _)), place| {
@@ -562,6 +562,12 @@ const ENDS_SAID: usize = 3;
 
 /// Labels nearer than this share of the figure's extent are joined.
 const ONE_LABEL: f64 = 0.03;
+
+/// Kind of a special point, with the surface that grazes if it has no passage.
+fn special_words(special: &Special) -> String {
+    let surface = special.surface.iter().map(|surface| format!(" {surface}"));
+    once(special.label.letters().to_owned()).chain(surface).collect()
+}
 
 /// Joins labels that would overlap: their words move to the first of them, each word once.
 fn join_labels(labels: &mut [Annotation], points: impl Iterator<Item = [f64; 2]> + Clone) {

@@ -90,6 +90,30 @@ fn without_hits() -> String {
     text.replace("hits = \"left\"\n", "")
 }
 
+/// Oscillator that grazes the right stop, then hits it, and grazes the left one at a larger `a`.
+const OTHER_STOP: &str = r#"
+[model]
+states = ["x", "v"]
+parameters = { z = 0.1, a = 1.0, w = 0.9, dl = 1.6, dr = 1.0, r = 0.5 }
+phase = { name = "theta", rate = "w", period = "2*pi" }
+[model.flow]
+x = "v"
+v = "a*cos(theta) - 2*z*v - x"
+[[model.surface]]
+name = "right"
+event = "dr - x"
+impact = { v = "-r*v" }
+[[model.surface]]
+name = "left"
+event = "x + dl"
+impact = { v = "-r*v" }
+[grazing]
+surface = "right"
+solve_for = "a"
+[expansion]
+active = ["a", "w"]
+"#;
+
 /// Numbers of the special points of a branch document, with their labels and offsets of `dr`.
 fn special_points(document: &serde_json::Value) -> Vec<(usize, String, f64)> {
     let branches = document["branches"].as_array().expect("a list").iter();
@@ -136,6 +160,25 @@ fn a_graze_of_a_branch_is_located_with_the_hits_of_its_orbit() {
     refused("two.toml", flip.0, "is a PD, not a graze (GR)");
     refused("two.toml", points.len() + 1, &format!("it has {}, numbered from 1", points.len()));
     refused("two_sided", 1, "its branches are those of a scene `two` with the digest");
+}
+
+#[test]
+fn a_graze_of_a_stop_without_a_passage_is_located() {
+    let folder = scratch();
+    fs::write(folder.path().join("two.toml"), OTHER_STOP).expect("writable");
+    let branch = ["branch", "two.toml", "--along", "a", "--from", "0.2", "--to", "0.9", "--period"];
+    let saved = ["1", "--method", "direct", "--json", "branch.json"];
+    let output = grazemap(folder.path(), &[&branch[..], &saved].concat());
+    let listed = text(&output.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let row = listed.lines().find(|line| line.contains("GR left")).expect("a graze of that stop");
+    let number = row.split_whitespace().next().expect("a number");
+    let from = format!("branch.json#{number}");
+    let output = grazemap(folder.path(), &["locate", "two.toml", "--from", &from]);
+    let (found, said) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{said}");
+    assert!(found.contains("grazes `left` at a = 1.11521829"), "{found}");
+    assert!(said.contains("grazing.hits = [\"right\"]"), "{said}");
 }
 
 #[test]

@@ -639,7 +639,7 @@ impl<'a> DirectBranches<'a> {
         let orbit = &point.linearised.extra;
         if !grazing.is_empty() {
             let grazing = grazing.into_iter().map(|number| [number, 0]).collect();
-            return Some(Special { label: BranchLabel::Graze, grazing, coefficient: None });
+            return Some(Special { grazing, ..Special::new(BranchLabel::Graze) });
         }
         if turns.is_empty() {
             return None;
@@ -656,7 +656,7 @@ impl<'a> DirectBranches<'a> {
                 .find(|label| *label != BranchLabel::BranchPoint || !is_turn)?,
         };
         let coefficient = self.coefficient(equations, point, label);
-        Some(Special { label, grazing: Vec::new(), coefficient })
+        Some(Special { coefficient, ..Special::new(label) })
     }
 
     /// Hopf point near an orbit of an autonomous system: the equilibrium at which a pair of
@@ -723,8 +723,7 @@ impl<'a> DirectBranches<'a> {
             hits: Some(vec![0; self.surfaces.len()]),
             residual: 0.0,
         };
-        let special =
-            Special { label: BranchLabel::Hopf, grazing: Vec::new(), coefficient: Some(pair.im) };
+        let special = Special { coefficient: Some(pair.im), ..Special::new(BranchLabel::Hopf) };
         Some(BranchPoint { orbit, special: Some(special) })
     }
 
@@ -1150,8 +1149,8 @@ impl DirectBranches<'_> {
             {
                 *end = BranchEnd::Graze;
                 if let Some(orbit) = self.extrapolated_graze(itinerary, (trace, last), contact) {
-                    let (label, grazing) = (BranchLabel::Graze, vec![contact]);
-                    let special = Special { label, grazing, coefficient: None };
+                    let grazing = vec![contact];
+                    let special = Special { grazing, ..Special::new(BranchLabel::Graze) };
                     points[place] = BranchPoint { orbit, special: Some(special) };
                 }
                 continue;

@@ -193,7 +193,7 @@ impl<'a> MapBranches<'a> {
             BranchLabel::Graze => self.slope(equations, point, turns),
             _ => self.normal_form(equations, point, label),
         };
-        Some(Special { label, grazing, coefficient })
+        Some(Special { grazing, coefficient, ..Special::new(label) })
     }
 
     /// Derivative of the parameter by the speed of the contact that begins at a graze; `None`

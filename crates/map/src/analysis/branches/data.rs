@@ -90,6 +90,9 @@ pub struct Special {
     pub label: BranchLabel,
     /// Passages that graze, as return and passage, from 0.
     pub grazing: Vec<[usize; 2]>,
+    /// Name of the surface that grazes, if it has no passage.
+    #[serde(default)]
+    pub surface: Option<String>,
     /// Graze at which one contact begins: derivative of the parameter by the contact's speed.
     /// Saddle-node: `b` in `ξ ↦ β + ξ + b ξ²`. Period-doubling: `c` in `ξ ↦ −(1 + β) ξ + c ξ³`; the
     /// doubled orbits are stable if `c > 0`. Neimark–Sacker: first Lyapunov coefficient; the closed
@@ -97,6 +100,13 @@ pub struct Special {
     /// with coordinates in half-widths of the window. Hopf: angular frequency of the orbits that
     /// shrink to the point.
     pub coefficient: Option<f64>,
+}
+
+impl Special {
+    /// A special point of a kind, without further data.
+    pub(super) fn new(label: BranchLabel) -> Self {
+        Self { label, grazing: Vec::new(), surface: None, coefficient: None }
+    }
 }
 
 /// An orbit of a branch.

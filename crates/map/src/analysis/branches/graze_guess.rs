@@ -30,8 +30,8 @@ pub struct BranchGraze {
     /// Surface that grazes (index).
     pub surface: usize,
     /// Number of the passage that grazes, from 0, in the order in which passages follow the
-    /// section.
-    pub passage: usize,
+    /// section; `None` for a surface without one.
+    pub passage: Option<usize>,
     /// Number of nominal returns of the orbit.
     pub returns: usize,
     /// Forcing periods of the orbit beyond those of its nominal returns.
@@ -124,7 +124,7 @@ pub fn graze_guess(
             shortest = Some((velocity.abs(), stay));
         }
     }
-    let on_section = graze.passage == 0 && frame.kind() == PoincareSectionKind::Tangency;
+    let on_section = graze.passage == Some(0) && frame.kind() == PoincareSectionKind::Tangency;
     let at_section = converted(frame.state());
     let state = match closest {
         Some((_, state)) if !on_section => state,

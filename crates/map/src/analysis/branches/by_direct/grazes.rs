@@ -65,7 +65,8 @@ impl<'a> DirectBranches<'a> {
         let mut equations = self.equations_with(itinerary, &points[0].linearised.extra);
         let found = self.graze_on_chord(&mut equations, points);
         let found = found.unwrap_or_else(|| graze_on_tangent(&mut equations, points));
-        Some(self.at_graze(&equations, points[0], found, Vec::new()))
+        let surface = self.surface_between(from, to);
+        Some(self.at_graze(&equations, points[0], found, Special { surface, ..graze() }))
     }
 
     /// Graze just ahead of an end of a branch, of a stop without a passage or of a passage without
@@ -83,7 +84,9 @@ impl<'a> DirectBranches<'a> {
         if let Some((ahead, _)) = equations.flown_orbit(&beyond) {
             let more =
                 ahead.extra_contacts > last.1.extra_contacts && !has_same_contacts(&ahead, &last.1);
-            return more.then(|| self.at_graze(&equations, end, last, Vec::new()));
+            let surface = self.surface_between(&last.1, &ahead);
+            let special = Special { surface, ..graze() };
+            return more.then(|| self.at_graze(&equations, end, last, special));
         }
         let points = equations.points();
         let begins = |&[number, passage]: &[usize; 2]| {
@@ -93,7 +96,14 @@ impl<'a> DirectBranches<'a> {
         let begun = passages_without_variable(&equations)
             .filter(|&[number, passage]| !itinerary.returns()[number].contains(passage))
             .find(begins)?;
-        Some(self.at_graze(&equations, end, last, vec![begun]))
+        Some(self.at_graze(&equations, end, last, Special { grazing: vec![begun], ..graze() }))
+    }
+
+    /// Name of the surface that one of two orbits hits more often than the other.
+    fn surface_between(&self, a: &DirectOrbit<f64>, b: &DirectOrbit<f64>) -> Option<String> {
+        let mut pairs = a.hits.iter().zip(&b.hits);
+        let place = pairs.position(|(a, b)| a != b)?;
+        Some(self.scene.model.surfaces[place].name.clone())
     }
 
     /// Ends branches at a graze where the branch without the contact ends at it.
@@ -145,13 +155,12 @@ impl<'a> DirectBranches<'a> {
         equations: &DirectOrbitEquations<'a, f64>,
         near: &DirectPoint,
         (unknowns, extra, residual): FlownOrbit,
-        grazing: Vec<[usize; 2]>,
+        special: Special,
     ) -> BranchPoint {
         let tangent = vec![0.0; unknowns.len()];
         let linearised = Linearised { residual, extra, ..near.linearised.clone() };
         let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
         let orbit = self.found(equations, &point, true);
-        let special = Special { label: BranchLabel::Graze, grazing, coefficient: None };
         BranchPoint { orbit, special: Some(special) }
     }
 
@@ -293,6 +302,10 @@ impl<'a> DirectBranches<'a> {
         let slope = parameter / (tangent[unknown] * by_variable).to_f64();
         slope.is_finite().then_some(slope)
     }
+}
+
+fn graze() -> Special {
+    Special::new(BranchLabel::Graze)
 }
 
 /// Orbit at the graze between two points of a branch that belongs to no passage, from the side
