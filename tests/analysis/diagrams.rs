@@ -58,6 +58,7 @@ fn plan(range: [f64; 2], direction: SweepDirection) -> DiagramPlan<'static> {
             itinerary: Itinerary {
                 surfaces: vec!["wall".to_owned()],
                 passages: vec![0],
+                nominal_hits: vec![0],
                 periods: 1,
             },
         })],

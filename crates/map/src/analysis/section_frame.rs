@@ -330,9 +330,12 @@ pub fn itinerary(scene: &Scene, orbit: &GrazingOrbit) -> Itinerary {
         let place = surfaces.iter().position(|&known| known == passage.surface);
         place.unwrap_or(0)
     };
+    let hits =
+        |&surface: &usize| orbit.hits.iter().filter(|hit| hit.surface == surface).count() as u32;
     Itinerary {
         surfaces: surfaces.iter().map(name).collect(),
         passages: following.iter().map(position).collect(),
+        nominal_hits: surfaces.iter().map(hits).collect(),
         periods: scene.grazing.periods,
     }
 }

@@ -239,6 +239,8 @@ pub struct Itinerary {
     /// The surface of each passage, an index into [`surfaces`](Self::surfaces), in the order of
     /// the passages' numbers.
     pub passages: Vec<usize>,
+    /// Hits of the nominal orbit at each surface in one return, beside its passages.
+    pub nominal_hits: Vec<u32>,
     /// Forcing periods of one return; 1 for an autonomous system.
     pub periods: usize,
 }
@@ -263,9 +265,9 @@ pub struct OrbitName {
 }
 
 impl Itinerary {
-    /// Number of hits per surface, given the passages that made contact.
+    /// Number of hits per surface in one return, given the passages that made contact.
     pub fn hits(&self, made: PassageSet) -> Vec<u32> {
-        let mut hits = vec![0; self.surfaces.len()];
+        let mut hits = self.nominal_hits.clone();
         let contacts = self.passages.iter().enumerate();
         for (_, &surface) in contacts.filter(|&(passage, _)| made.contains(passage)) {
             if let Some(hits) = hits.get_mut(surface) {
@@ -330,6 +332,7 @@ mod tests {
         Itinerary {
             surfaces: ["left", "right"].map(str::to_owned).to_vec(),
             passages: vec![1, 0, 1],
+            nominal_hits: vec![0, 0],
             periods: 2,
         }
     }
@@ -339,6 +342,8 @@ mod tests {
         let made = [0, 2].into_iter().collect();
         assert_eq!(itinerary().hits(made), [0, 2]);
         assert_eq!(itinerary().hits([1].into_iter().collect()), [1, 0]);
+        let hits_right = Itinerary { nominal_hits: vec![0, 3], ..itinerary() };
+        assert_eq!(hits_right.hits([1].into_iter().collect()), [1, 3]);
     }
 
     #[test]

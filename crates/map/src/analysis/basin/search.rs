@@ -620,8 +620,12 @@ mod tests {
         map: F,
         half_width: f64,
     ) -> (Vec<Vec<f64>>, Vec<BasinClass>, Vec<Attractor>) {
-        let itinerary =
-            Itinerary { surfaces: vec!["stop".to_owned()], passages: vec![0], periods: 1 };
+        let itinerary = Itinerary {
+            surfaces: vec!["stop".to_owned()],
+            passages: vec![0],
+            nominal_hits: vec![0],
+            periods: 1,
+        };
         let swept = UnobservedSweep { map: Plane(map), itinerary };
         let window = MapWindow { depth: 1.0, state: vec![1e9; 2], parameter: Vec::new() };
         let request = OrbitRequest::new(600, 32, &[1.0; 2]).escaping_at(&[1e12; 2]);
@@ -691,14 +695,14 @@ mod tests {
         assert!(classes.iter().all(|class| *class == BasinClass::Attractor(0)));
     }
 
-        let (states, classes, attractors) = classes(cubic, 1.5);
-        assert_eq!(attractors.len(), 2);
-        assert!(attractors.iter().all(|found| found.period == Period::NotFound));
-        let side = |class: &BasinClass| match class {
     #[test]
     fn attractors_without_a_period_are_told_apart() {
         // Cubic maps below their merging crisis at a = 3√3/2: one attractor on each side of 0.
         let cubic = |[x, y]: [f64; 2]| [2.5 * x - x * x * x, 0.3 * y];
+        let (states, classes, attractors) = classes(cubic, 1.5);
+        assert_eq!(attractors.len(), 2);
+        assert!(attractors.iter().all(|found| found.period == Period::NotFound));
+        let side = |class: &BasinClass| match class {
             BasinClass::Attractor(number) => attractors[*number].states[0][0],
             _ => f64::NAN,
         };

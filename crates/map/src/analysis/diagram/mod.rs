@@ -279,9 +279,13 @@ pub fn measure_graze(
     Ok(sides)
 }
 
-/// Whether an orbit meets a grazing surface in a kept return, at a passage or elsewhere.
+/// Whether an orbit meets a grazing surface in a kept return more often than the nominal orbit
+/// does, at a passage or elsewhere.
 fn makes_contact(map: &dyn SweptMap, orbit: &MapOrbit, parameters: &[f64]) -> bool {
-    let mut others = 0..orbit.steps.len().saturating_sub(1);
-    let hits = |number: usize| map.hits(orbit, number, parameters).iter().any(|&hits| hits > 0);
-    kept_contacts(orbit) > 0 || others.any(hits)
+    let mut returns = 0..orbit.steps.len().saturating_sub(1);
+    let nominal = &map.itinerary().nominal_hits;
+    let hits_more = |number: usize| {
+        map.hits(orbit, number, parameters).iter().zip(nominal).any(|(hits, own)| hits > own)
+    };
+    kept_contacts(orbit) > 0 || returns.any(hits_more)
 }

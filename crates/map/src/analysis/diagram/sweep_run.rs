@@ -430,6 +430,7 @@ mod tests {
             itinerary: Itinerary {
                 surfaces: vec!["wall".to_owned()],
                 passages: vec![0],
+                nominal_hits: vec![0],
                 periods: 1,
             },
         };
