@@ -358,12 +358,22 @@ fn forcing_too_weak_for_any_damping_never_touches() {
 }
 
 #[test]
+fn a_parameter_without_effect_on_the_orbit_is_named() {
+    // The restitution changes no orbit without contact, whose amplitude is 1/hypot(1 - w², 2 z w).
+    let reason = reason(&without_guess("linear", &[("alpha", "1.0"), ("grazing.solve_for", "r")]));
+    let NotLocated::Unmoved { parameter, clearance, .. } = &reason else { panic!("{reason}") };
+    let amplitude = 1.0 / (1.0 - 1.8_f64.powi(2)).hypot(2.0 * 0.05 * 1.8);
+    assert!(parameter == "r" && (clearance - (1.0 - amplitude)).abs() < 1e-9, "{reason}");
+}
+
+#[test]
 fn an_event_function_of_the_wrong_sign_is_recognised() {
     // From the guess, and where the search finds orbits that stay below the stop or reach past it.
     let wrong = ("model.surface.0.event", "x - delta");
     let scenes = [
         scene_with("linear", &[wrong]),
         scene_with("linear", &[wrong, ("alpha", "2.0")]),
+        without_guess("linear", &[wrong, ("alpha", "4.5")]),
         without_guess("linear", &[wrong, ("alpha", "1.0")]),
     ];
     for scene in scenes {

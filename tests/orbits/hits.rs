@@ -243,6 +243,19 @@ fn hits_that_the_scene_does_not_name_are_told() {
 }
 
 #[test]
+fn a_hit_by_a_power_that_is_not_whole_is_refused_by_its_key() {
+    let text = two_sided("surface = \"right\"\nhits = \"left\"");
+    let hertz = "event = \"x + dl\"\ncontact = { v = \"free + 20*d^1.5\" }";
+    let text = text.replace("event = \"x + dl\"\nimpact = { v = \"-r*v\" }", hertz);
+    let located = locate(&parsed(&text, "two_sided", &NONE));
+    let Ok(Location::NotLocated(reason @ NotLocated::NoSeries { .. })) = &located else {
+        panic!("{located:?}")
+    };
+    let words = reason.to_string();
+    assert!(words.contains("`model.surface.0.contact.v` has the argument 0"), "{words}");
+}
+
+#[test]
 fn scenes_of_the_catalogue_graze_beside_their_hits() {
     // Scene, grazing value, its relative uncertainty, hits of a period. Gear pair and ball: roots of
     // their closed forms to 30 digits, by Newton's method in multiple precision. Absorber: graze of a

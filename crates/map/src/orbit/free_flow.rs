@@ -188,6 +188,13 @@ enum Place {
         /// Index of the state.
         state: usize,
     },
+    /// Rate of a state in contact with a surface that the orbit hits.
+    Contact {
+        /// Index of the surface.
+        surface: usize,
+        /// Index of the state.
+        state: usize,
+    },
 }
 
 impl Place {
@@ -199,13 +206,16 @@ impl Place {
             Place::Reset { surface, state } => {
                 format!("model.surface.{surface}.impact.{}", model.states[state])
             }
+            Place::Contact { surface, state } => {
+                format!("model.surface.{surface}.contact.{}", model.states[state])
+            }
         }
     }
 
     /// Surface at whose grazes alone the operation matters; `None` if it matters everywhere.
     fn surface(self) -> Option<usize> {
         match self {
-            Place::Rate(_) | Place::Event(_) => None,
+            Place::Rate(_) | Place::Event(_) | Place::Contact { .. } => None,
             Place::Reset { surface, .. } => Some(surface),
         }
     }
@@ -342,9 +352,9 @@ impl<'a> Corners<'a> {
     }
 }
 
-/// A square root, logarithm or real power of the free flow, an event function or a reset whose
-/// argument is 0 at the place where a flow from `start` stops; `None` if the flow goes on for the
-/// duration, or stops for another reason.
+/// A square root, logarithm or real power of the free flow, an event function, a reset or the
+/// contact of a stop that the orbit hits, whose argument is 0 at the place where a flow from
+/// `start` stops; `None` if the flow goes on for the duration, or stops for another reason.
 pub(super) fn singular(
     scene: &Scene,
     start: &[f64],
@@ -362,7 +372,8 @@ pub(super) fn singular(
     let inputs: Vec<f64> = last.iter().chain(parameters).copied().collect();
     let mut values = Vec::new();
     model.graph.evaluate(&inputs, &mut values);
-    let singular = expressions(scene).flat_map(|(place, expression)| {
+    let all = expressions(scene).chain(contacts(scene));
+    let singular = all.flat_map(|(place, expression)| {
         let operations = model.graph.singular_operations(expression).into_iter();
         operations.map(move |operation| (place, operation))
     });
@@ -391,6 +402,19 @@ fn expressions(scene: &Scene) -> impl Iterator<Item = (Place, NodeId)> {
     let events = surfaces.clone();
     let events = events.map(|(number, surface)| (Place::Event(number), surface.event));
     rates.chain(events).chain(surfaces.flat_map(resets))
+}
+
+/// Rates in contact with the compliant stops that the orbit hits.
+fn contacts(scene: &Scene) -> impl Iterator<Item = (Place, NodeId)> {
+    let hit = scene.grazing.hits.surfaces.iter();
+    hit.flat_map(|&surface| {
+        let field = match &scene.model.surfaces[surface].response {
+            Response::Contact { field, .. } => field.as_slice(),
+            Response::Impact { .. } => &[],
+        };
+        let rates = field.iter().take(scene.model.states.len()).enumerate();
+        rates.map(move |(state, &rate)| (Place::Contact { surface, state }, rate))
+    })
 }
 
 /// States after an impact; none for a compliant surface.

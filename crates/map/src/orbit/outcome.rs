@@ -49,6 +49,24 @@ pub enum NotLocated {
         /// Least and largest value of the parameter.
         range: [f64; 2],
     },
+    /// The adjusted parameter does not change the distance of the orbit from the surface.
+    #[error(
+        "`solve_for = \"{parameter}\"` moves neither the orbit nor `{surface}`: for {parameter} \
+         from {} to {} its closest approach is h = {clearance:.6e}; name a parameter of the free \
+         flow or of the surface's `event`",
+        Shown(range[0]),
+        Shown(range[1])
+    )]
+    Unmoved {
+        /// Name of the surface.
+        surface: String,
+        /// Name of the adjusted parameter.
+        parameter: String,
+        /// Least and largest value of the parameter.
+        range: [f64; 2],
+        /// Lowest value of the event function, signed.
+        clearance: f64,
+    },
     /// The free flow is too slow to compute.
     #[error(
         "the search for the grazing orbit ended at the most work it may do: a period of the free \

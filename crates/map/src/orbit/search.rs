@@ -7,7 +7,7 @@ pub use clear_interval::{ClearInterval, IntervalEnd, clear_interval};
 use nalgebra::DVector;
 
 use super::effort::Effort;
-use super::free_flow::{Minimum, each_step, gaps, singular, watching};
+use super::free_flow::{Minimum, gaps, singular, watching};
 use super::grazing_orbit::with_reduced_phase;
 use super::newton::{Equations, Scaled};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
@@ -64,6 +64,8 @@ struct Looked {
     orbits: usize,
     /// Least and largest value of the parameter.
     range: [f64; 2],
+    /// Least and largest of the lowest gaps.
+    gaps: [f64; 2],
     closest: Periodic,
     /// First orbit that lies wholly beyond the surface.
     beyond: Option<Periodic>,
@@ -74,6 +76,7 @@ impl Looked {
         Self {
             orbits: 1,
             range: [first.value; 2],
+            gaps: [first.lowest.event; 2],
             closest: first.clone(),
             beyond: first.beyond.then(|| first.clone()),
         }
@@ -81,10 +84,11 @@ impl Looked {
 
     fn add(&mut self, orbit: &Periodic) {
         self.orbits += 1;
+        let gap = orbit.lowest.event;
         self.range = [self.range[0].min(orbit.value), self.range[1].max(orbit.value)];
+        self.gaps = [self.gaps[0].min(gap), self.gaps[1].max(gap)];
         if orbit.lowest.event.abs() < self.closest.lowest.event.abs() {
             self.closest = orbit.clone();
-        let gap = orbit.lowest.event;
         }
         if self.beyond.is_none() && orbit.beyond {
             self.beyond = Some(orbit.clone());
@@ -159,7 +163,10 @@ impl<'a> Search<'a> {
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         });
         let Some(nearest) = nearest else {
-            return Err(Stop::Ended(self.never_touches(&looked)));
+            return Err(Stop::Ended(match looked.closest.beyond {
+                true => self.wrong_side(&looked.closest),
+                false => self.never_touches(&looked),
+            }));
         };
         let unknowns = grazes.remove(nearest).unknowns;
         Ok(Met { unknowns, others: grazes.into_iter().map(|graze| graze.value).collect() })
@@ -415,6 +422,12 @@ impl<'a> Search<'a> {
     }
 
     fn never_touches(&self, looked: &Looked) -> NotLocated {
+        let surface = self.scene.model.surfaces[self.surface].name.clone();
+        let ([least, largest], clearance) = (looked.gaps, looked.closest.lowest.event);
+        if looked.range[0] < looked.range[1] && largest - least <= TOUCH * clearance.abs() {
+            let (parameter, range) = (self.name(), looked.range);
+            return NotLocated::Unmoved { surface, parameter, range, clearance };
+        }
         NotLocated::NeverTouches {
             surface,
             parameter: self.name(),
