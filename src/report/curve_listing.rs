@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::figure::{Annotation, Axis, Figure, Guide, Marker, Series, Stroke, symbol};
+use super::figure::{Axis, Figure, Guide, Marker, Series, Stroke, symbol};
 use super::orbit_listing::{ConditionsListing, surface_of};
 use super::table::counted;
 use super::{Named, Table};
@@ -378,12 +378,11 @@ fn plane_figure(curve: &CurveListing, horizontal: &str, vertical: &str) -> Figur
         let name = if largest > 1 { "ξ_{n} = 0" } else { "ξ_{1} = 0" };
         figure.series.push(Series::markers(name, Marker::Ring, rings).with_color(1));
     }
-    for fold in curve.folds.iter().filter(|fold| fold.parameter == horizontal) {
-        figure.annotations.push(Annotation {
-            at: at(&fold.parameters),
-            text: String::new(),
-            marker: Some(Marker::Cross),
-        });
+    let folds = curve.folds.iter().filter(|fold| fold.parameter == horizontal);
+    let crosses: Vec<_> = folds.map(|fold| at(&fold.parameters)).collect();
+    if !crosses.is_empty() {
+        let name = format!("fold in {}", symbol(horizontal));
+        figure.series.push(Series::markers(name, Marker::Cross, crosses).in_ink());
     }
     figure
 }
