@@ -423,7 +423,7 @@ fn attractors(
         // A section point beyond its own stop stands for the contact before it.
         Ok(beyond.all(|(surface, _)| surface == frame.surface()))
     };
-    simulated.expect(count as u64);
+    simulated.expect(count as u64 * PartProgress::UNITS);
     let blocks = (0..count).step_by(BLOCK).map(|first| first..count.min(first + BLOCK));
     for (number, block) in blocks.enumerate() {
         let mut starts: Vec<_> = Vec::with_capacity(block.len());
@@ -434,7 +434,7 @@ fn attractors(
             }
         }
         request.starts = Starts::Given(starts.iter().map(full).collect());
-        let own = PartProgress::new(&simulated, starts.len() as u64);
+        let own = PartProgress::new(&simulated, starts.len() as u64 * PartProgress::UNITS);
         let diagram = map.diagram_with(&request, &SubProgress::new(&own, number))?;
         for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
             all.enter(sweep, start, share);
