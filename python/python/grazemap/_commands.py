@@ -1395,7 +1395,7 @@ def derivatives(
             lambda name, of: of_scene(name, source, of), "parameters", parameters
         ),
         "order": _check.count("order", order, 1, MOST_ORDERS),
-        "sides": bool(sides),
+        "sides": _check.flag("sides", sides),
     }
     return _told(Derivatives(_answered(source, "derivatives", keys, progress)))
 
