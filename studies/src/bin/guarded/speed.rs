@@ -150,7 +150,8 @@ fn reaches(map: &FrozenSweep, request: &SweepRequest) -> Vec<f64> {
         Start { state: map.start(&parameters), parameters }
     };
     let starts: Vec<Start> = request.offsets.iter().map(start).collect();
-    let settled = starts.chunks(map.lanes()).flat_map(|block| map.settle(block, &request.orbit));
+    let settled =
+        starts.chunks(map.lanes()).flat_map(|block| map.settle(block, &request.orbit, &|| ()));
     let reach = |orbit: &grazemap::iteration::MapOrbit| {
         let steps = orbit.origins().zip(&orbit.steps);
         let reach = steps.map(|(state, step)| {
