@@ -122,8 +122,10 @@ impl<'a> PartProgress<'a> {
 
     fn tell(&self, own: &mut OwnUnits, share: f64) {
         let reached = ((self.units as f64 * share) as u64).clamp(own.told, self.units);
-        self.whole.advance(reached - own.told);
-        own.told = reached;
+        if reached > own.told {
+            self.whole.advance(reached - own.told);
+            own.told = reached;
+        }
     }
 }
 

@@ -682,7 +682,7 @@ mod tests {
 
     #[test]
     fn states_that_settle_slowly_reach_one_orbit() {
-        // A rotation by 0.7 that contracts by 1e-5 an iterate, about two points in turn.
+        // A rotation about (-3, 0) that contracts by 1e-5 an iterate.
         let slow = |[x, y]: [f64; 2]| {
             let (sin, cos, factor) = (0.7_f64.sin(), 0.7_f64.cos(), 1.0 - 1e-5);
             let x = x + 3.0;
