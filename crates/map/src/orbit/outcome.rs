@@ -237,8 +237,8 @@ pub enum NotLocated {
     /// The orbit touches a surface at a passage that the scene does not name.
     #[error(
         "the orbit found touches `{surface}` once more, {time:.6} after the first graze; name \
-         every passage of a period in its order, in the place of `surface`: `passages = [{}]`",
-        passages.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
+         every passage of a period in its order, in the place of `surface`: `passages = {}`",
+        listed(&passages.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>())
     )]
     TouchesElsewhere {
         /// Name of the surface.
@@ -365,9 +365,17 @@ fn untouched(surface: &str, clearance: f64) -> String {
     }
 }
 
-/// Contacts as a list of the scene.
+/// Largest number of contacts that a message lists.
+const LISTED: usize = 20;
+
+/// Contacts as a list of the scene; the first ones and their number, if they are many.
 fn listed(contacts: &[String]) -> String {
-    format!("[{}]", contacts.join(", "))
+    let (first, rest) = contacts.split_at(contacts.len().min(LISTED));
+    let more = match rest {
+        [] => String::new(),
+        rest => format!(", ... ({} more)", rest.len()),
+    };
+    format!("[{}{more}]", first.join(", "))
 }
 
 /// Names in quotes, in order.
