@@ -311,11 +311,11 @@ impl<'a> ProgramLowering<'a> {
             Unary::Logistic => self.logistic(a),
             Unary::Softplus => {
                 let partner = self.logistic(a);
-                self.integral(HeadFunction::Softplus, a, partner)
+                self.with_partner(HeadFunction::Softplus, a, partner)
             }
             Unary::LogCosh => {
                 let partner = self.hyperbolic_tangent(a);
-                self.integral(HeadFunction::LogCosh, a, partner)
+                self.with_partner(HeadFunction::LogCosh, a, partner)
             }
             Unary::Abs => self.push(Operation::SignTimes { a, b: a }, self.joint(&[a])),
             Unary::Sign => self.push(Operation::Sign(a), Support::Head),
@@ -355,10 +355,9 @@ impl<'a> ProgramLowering<'a> {
     /// Two functions of a slot that are each other's partners; the second is the slot after the
     /// first.
     fn partners(&mut self, functions: [HeadFunction; 2], a: Slot) -> Slot {
-        let euler_a = self.euler(a);
-        let (first, support) = (self.operations.len(), self.joint(&[a]));
+        let first = self.euler_before(a);
         for (function, partner) in functions.into_iter().zip([first + 1, first]) {
-            self.push(Operation::Function { function, a, euler_a, partner }, support);
+            self.with_partner(function, a, partner);
         }
         first
     }
@@ -414,43 +413,44 @@ impl<'a> ProgramLowering<'a> {
     ///
     /// NOTE: not a quotient of the hyperbolic sine and cosine, because these overflow.
     fn hyperbolic_tangent(&mut self, a: Slot) -> Slot {
-        let euler_a = self.euler(a);
         self.shared(SharedKey::HyperbolicTangent(a), |this| {
-            let (tanh, support) = (this.operations.len(), this.joint(&[a]));
-            let (function, partner) = (HeadFunction::Tanh, tanh + 1);
-            this.push(Operation::Function { function, a, euler_a, partner }, support);
-            this.push(Operation::SechSquared { a, tanh }, support);
+            let tanh = this.euler_before(a);
+            this.with_partner(HeadFunction::Tanh, a, tanh + 1);
+            this.push(Operation::SechSquared { a, tanh }, this.joint(&[a]));
             tanh
         })
     }
 
     /// The reciprocal of the hyperbolic cosine; its product with the tangent is the slot after it.
     fn sech(&mut self, a: Slot) -> Slot {
-        let (euler_a, tanh) = (self.euler(a), self.hyperbolic_tangent(a));
-        let (sech, support) = (self.operations.len(), self.joint(&[a]));
-        let function = HeadFunction::Sech;
-        self.push(Operation::Function { function, a, euler_a, partner: sech + 1 }, support);
-        self.push(Operation::Mul(sech, tanh), support);
+        let tanh = self.hyperbolic_tangent(a);
+        let sech = self.euler_before(a);
+        self.with_partner(HeadFunction::Sech, a, sech + 1);
+        self.push(Operation::Mul(sech, tanh), self.joint(&[a]));
         sech
     }
 
     /// The logistic function; the logistic function of the negative and the product of both are the
     /// slots after it.
     fn logistic(&mut self, a: Slot) -> Slot {
-        let euler_a = self.euler(a);
         self.shared(SharedKey::Logistic(a), |this| {
-            let (logistic, support) = (this.operations.len(), this.joint(&[a]));
+            let logistic = this.euler_before(a);
             for function in [HeadFunction::Logistic, HeadFunction::LogisticOfNegative] {
-                let partner = logistic + 2;
-                this.push(Operation::Function { function, a, euler_a, partner }, support);
+                this.with_partner(function, a, logistic + 2);
             }
-            this.push(Operation::Mul(logistic, logistic + 1), support);
+            this.push(Operation::Mul(logistic, logistic + 1), this.joint(&[a]));
             logistic
         })
     }
 
-    /// A function of a slot whose derivative is the slot `partner`.
-    fn integral(&mut self, function: HeadFunction, a: Slot, partner: Slot) -> Slot {
+    /// The slot after the Euler derivative of a slot.
+    fn euler_before(&mut self, a: Slot) -> Slot {
+        self.euler(a);
+        self.operations.len()
+    }
+
+    /// A function of a slot whose derivative is the slot `partner`, or minus that.
+    fn with_partner(&mut self, function: HeadFunction, a: Slot, partner: Slot) -> Slot {
         let euler_a = self.euler(a);
         self.push(Operation::Function { function, a, euler_a, partner }, self.joint(&[a]))
     }

@@ -218,20 +218,28 @@ impl<S: Scalar> Expansion<'_, S> {
         last: S,
     ) -> S {
         let newest = (self.newest::<I>(a, block, last), self.newest::<I>(b, block, last));
-        let (a, b) = (self.series(a.slot), self.series(b.slot));
+        if I == 0 && block == 0 {
+            return newest.0 * newest.1;
+        }
+        let sum = self.without_newest::<I>(out, [a.slot, b.slot], block);
+        let [a, b] = [a, b].map(|operand| self.at::<0>(operand.slot, 0));
+        a.mul_add(newest.1, b.mul_add(newest.0, sum))
+    }
+
+    /// Coefficient of the product of two series, without the products of heads and newest
+    /// coefficients.
+    #[inline(always)]
+    fn without_newest<const I: usize>(&self, out: Slot, [a, b]: [Slot; 2], block: usize) -> S {
+        let (a, b) = (self.series(a), self.series(b));
         if block > 0 {
             let sum = sum_before::<S, I>(self.at::<I>(out, block), &a[0], &b[block]);
-            let sum = sum_before::<S, I>(sum, &b[0], &a[block]);
-            return a[0][0].mul_add(newest.1, b[0][0].mul_add(newest.0, sum));
-        }
-        if I == 0 {
-            return newest.0 * newest.1;
+            return sum_before::<S, I>(sum, &b[0], &a[block]);
         }
         let mut sum = S::zero();
         for j in 1..I {
             sum = a[0][j].mul_add(b[0][I - j], sum);
         }
-        a[0][0].mul_add(newest.1, b[0][0].mul_add(newest.0, sum))
+        sum
     }
 
     /// Coefficient of the product of an Euler derivative, whose head is 0, and a partner, whose
@@ -245,18 +253,8 @@ impl<S: Scalar> Expansion<'_, S> {
         last: S,
     ) -> S {
         let newest = self.newest::<I>(euler_a, block, last);
-        let (e, v) = (self.series(euler_a.slot), self.series(partner));
-        let sum = if block > 0 {
-            let sum = sum_before::<S, I>(self.at::<I>(out, block), &e[0], &v[block]);
-            sum_before::<S, I>(sum, &v[0], &e[block])
-        } else {
-            let mut sum = S::zero();
-            for j in 1..I {
-                sum = e[0][j].mul_add(v[0][I - j], sum);
-            }
-            sum
-        };
-        v[0][0].mul_add(newest, sum)
+        let sum = self.without_newest::<I>(out, [euler_a.slot, partner], block);
+        self.at::<0>(partner, 0).mul_add(newest, sum)
     }
 
     /// Coefficient of a quotient before the division by the head of the denominator.
@@ -273,18 +271,8 @@ impl<S: Scalar> Expansion<'_, S> {
             return numerator;
         }
         let newest = self.newest::<I>(denominator, block, last);
-        let (b, u) = (self.series(denominator.slot), self.series(out));
-        let sum = if block > 0 {
-            let sum = sum_before::<S, I>(self.at::<I>(out, block), &u[0], &b[block]);
-            sum_before::<S, I>(sum, &b[0], &u[block])
-        } else {
-            let mut sum = S::zero();
-            for j in (1..I).rev() {
-                sum = b[0][j].mul_add(u[0][I - j], sum);
-            }
-            sum
-        };
-        numerator - u[0][0].mul_add(newest, sum)
+        let sum = self.without_newest::<I>(out, [out, denominator.slot], block);
+        numerator - self.at::<0>(out, 0).mul_add(newest, sum)
     }
 
     /// Linear combination of complete series.

@@ -301,16 +301,20 @@ impl<'p> SeriesLowering<'p> {
         function: HeadFunction,
         [euler_a, partner]: [Slot; 2],
     ) -> Instruction {
-        let operation = *self.program.operation(out);
-        operation.reads().for_each(|read| self.needed[read] = true);
+        let operation = self.read_by(out);
         let sign = if partner_sign(function) > 0.0 { Sign::Plus } else { Sign::Minus };
         Instruction::Function { out, operation, sign, euler_a: self.operand(euler_a), partner }
     }
 
     fn other(&mut self, out: Slot) -> Instruction {
-        let operation = *self.program.operation(out);
+        Instruction::Other { out, operation: self.read_by(out) }
+    }
+
+    /// Operation of a slot, whose reads are needed.
+    fn read_by(&mut self, slot: Slot) -> Operation {
+        let operation = *self.program.operation(slot);
         operation.reads().for_each(|read| self.needed[read] = true);
-        Instruction::Other { out, operation }
+        operation
     }
 
     fn operand(&mut self, slot: Slot) -> Operand {
