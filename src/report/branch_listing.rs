@@ -565,8 +565,8 @@ const ONE_LABEL: f64 = 0.03;
 
 /// Kind of a special point, with the surface that grazes if it has no passage.
 fn special_words(special: &Special) -> String {
-    let surface = special.surface.iter().map(|surface| format!(" {surface}"));
-    once(special.label.letters().to_owned()).chain(surface).collect()
+    let letters = special.label.letters();
+    special.surface.as_ref().map_or(letters.to_owned(), |surface| format!("{letters} {surface}"))
 }
 
 /// Joins labels that would overlap: their words move to the first of them, each word once.

@@ -87,8 +87,8 @@ impl CurveKeys {
 
 /// Progress of a computation that knows the share that is done.
 pub(super) fn whole(progress: &dyn Progress) -> PartProgress<'_> {
-    progress.expect(PartProgress::UNITS);
-    PartProgress::new(progress, PartProgress::UNITS)
+    PartProgress::announce(progress, 1);
+    PartProgress::new(progress, 1)
 }
 
 /// Keys of `curve` for the smallest change that grazes.

@@ -115,7 +115,7 @@ impl SafeKeys {
         listed.dedup();
         let corners = corners(scene, &tolerances);
         let parts = 1 + listed.len() + corners.len() + usize::from(self.points > 0);
-        progress.expect(parts as u64 * PartProgress::UNITS);
+        PartProgress::announce(progress, parts);
         // The verdict is of the orbit that grazes where the scene's own parameter is adjusted.
         let searched = part(progress);
         let watch = |share| searched.reach(share);
@@ -158,7 +158,7 @@ impl SafeKeys {
 
 /// Progress of one part of the answer, which is announced.
 fn part(progress: &dyn Progress) -> PartProgress<'_> {
-    PartProgress::new(progress, PartProgress::UNITS)
+    PartProgress::new(progress, 1)
 }
 
 /// The orbit whose safety is told.
@@ -423,7 +423,7 @@ fn attractors(
         // A section point beyond its own stop stands for the contact before it.
         Ok(beyond.all(|(surface, _)| surface == frame.surface()))
     };
-    simulated.expect(count as u64 * PartProgress::UNITS);
+    PartProgress::announce(&simulated, count);
     let blocks = (0..count).step_by(BLOCK).map(|first| first..count.min(first + BLOCK));
     for (number, block) in blocks.enumerate() {
         let mut starts: Vec<_> = Vec::with_capacity(block.len());
@@ -434,7 +434,7 @@ fn attractors(
             }
         }
         request.starts = Starts::Given(starts.iter().map(full).collect());
-        let own = PartProgress::new(&simulated, starts.len() as u64 * PartProgress::UNITS);
+        let own = PartProgress::new(&simulated, starts.len());
         let diagram = map.diagram_with(&request, &SubProgress::new(&own, number))?;
         for (sweep, start) in diagram.sweeps.iter().zip(&starts) {
             all.enter(sweep, start, share);
@@ -456,7 +456,7 @@ fn attractors(
     found.sort_by(|a, b| b.fraction.total_cmp(&a.fraction));
     let periodic = found.iter_mut().filter(|attractor| attractor.orbit.is_some()).take(FOLLOWED);
     let periodic: Vec<&mut OtherAttractor> = periodic.collect();
-    progress.expect(periodic.len() as u64 * PartProgress::UNITS);
+    PartProgress::announce(progress, periodic.len());
     for attractor in periodic {
         let (request, state) = (following(&map, along, offset), state_of(attractor));
         if let Some(branch) = map.attractor_branch(&request, &state, &part(progress))? {

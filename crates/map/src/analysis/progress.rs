@@ -84,8 +84,12 @@ impl Progress for SubProgress<'_> {
     }
 }
 
-/// A part of a computation that counts as a fixed number of units of the whole, which the whole
-/// announces. Its own units are of any kind and number: returns, boxes, or work.
+/// Units of one piece of a computation: a bar of one piece moves by a thousandth.
+const UNITS: u64 = 1000;
+
+/// A part of a computation that counts as a fixed number of units of the whole, which
+/// [`announce`](Self::announce) tells the whole of. Its own units are of any kind and number:
+/// returns, boxes, or work.
 ///
 /// When it is dropped, all its units are done.
 #[derive(Debug)]
@@ -107,12 +111,14 @@ struct OwnUnits {
 }
 
 impl<'a> PartProgress<'a> {
-    /// Number of units that suits most parts: a bar moves by a thousandth.
-    pub const UNITS: u64 = 1000;
+    /// Announces the units of some pieces, such as values, cells or states, to the whole.
+    pub fn announce(whole: &dyn Progress, pieces: usize) {
+        whole.expect(pieces as u64 * UNITS);
+    }
 
-    /// Part that counts as `units` units of the whole.
-    pub fn new(whole: &'a dyn Progress, units: u64) -> Self {
-        Self { whole, units, own: Mutex::default() }
+    /// Part of some pieces of the whole.
+    pub fn new(whole: &'a dyn Progress, pieces: usize) -> Self {
+        Self { whole, units: pieces as u64 * UNITS, own: Mutex::default() }
     }
 
     /// Reports the share that is done, from 0 to 1. A share below an earlier one is ignored.
@@ -390,26 +396,29 @@ mod tests {
     fn a_part_is_told_in_units_of_the_whole_that_only_grow_and_end_complete() {
         let whole = Counted::default();
         let done = || whole.0[1].load(Ordering::Relaxed);
-        let part = PartProgress::new(&whole, 1000);
+        PartProgress::announce(&whole, 3);
+        let expected = whole.0[0].load(Ordering::Relaxed);
+        assert_eq!(expected, 3 * UNITS);
+        let part = PartProgress::new(&whole, 1);
         part.expect(7_500_000);
         part.advance(750_000);
-        assert_eq!(done(), 100);
+        assert_eq!(done(), UNITS / 10);
         // Work that was not foreseen does not take back what was told.
         part.expect(7_500_000);
         part.advance(750_000);
-        assert_eq!(done(), 100);
+        assert_eq!(done(), UNITS / 10);
         part.advance(1_500_000);
-        assert_eq!(done(), 200);
+        assert_eq!(done(), UNITS / 5);
         part.reach(0.1);
-        assert_eq!(done(), 200);
+        assert_eq!(done(), UNITS / 5);
         // More than was announced is no more than the whole part.
         part.advance(30_000_000);
-        assert_eq!(done(), 1000);
+        assert_eq!(done(), UNITS);
         drop(part);
-        assert_eq!(done(), 1000);
-        drop(PartProgress::new(&whole, 500));
-        assert_eq!(done(), 1500);
-        assert_eq!(whole.0[0].load(Ordering::Relaxed), 0);
+        assert_eq!(done(), UNITS);
+        drop(PartProgress::new(&whole, 2));
+        assert_eq!(done(), expected);
+        assert_eq!(whole.0[0].load(Ordering::Relaxed), expected);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::direct_image::{hit_together, products_of_step};
 use super::error::AnalysisError;
-use super::progress::Progress;
+use super::progress::{PartProgress, Progress};
 use super::section_frame::{SectionFrame, Values};
 use super::work::MOST_WORK;
 use crate::hybrid::{DirectReturn, HybridSystem, Moment, MomentEvent, Outcome};
@@ -152,9 +152,6 @@ pub fn time_series(
 /// Most steps of a simulation, whatever a step costs.
 const MOST_STEPS: u64 = 10_000_000;
 
-/// Units of progress of one simulation.
-const UNITS: u64 = 1000;
-
 /// Simulates as [`time_series`] does and passes each row to `record`, for series too long for
 /// memory; the returned series has no rows.
 ///
@@ -178,19 +175,12 @@ pub fn each_moment(
     let most = (10 * MOST_WORK / products_of_step(scene) as u64).min(MOST_STEPS);
     returns.set_step_limit(most as usize);
     let mut rows = Rows::new(model, &parameters);
-    progress.expect(UNITS);
-    let mut done = 0;
-    let mut reached = |time: f64, length: f64| {
-        let units = (UNITS as f64 * time / length) as u64;
-        if units > done {
-            progress.advance(units - done);
-            done = units;
-        }
-    };
+    PartProgress::announce(progress, 1);
+    let part = PartProgress::new(progress, 1);
     if request.is_grazing_orbit() && orbit.is_physical() {
         let length = duration * request.returns as f64;
         grazing_orbit(scene, orbit, request, &mut |moment| {
-            reached(moment.time, length);
+            part.reach(moment.time / length);
             record(rows.row(&moment));
         })?;
         return Ok(TimeSeries { parameters, duration, points: Vec::new(), early_end: None });
@@ -199,7 +189,7 @@ pub fn each_moment(
     let length = settled + duration * request.returns as f64;
     let samples = request.returns.saturating_add(request.settle).saturating_mul(request.samples);
     let outcome = returns.sample(frame.state(), length, samples, &mut |moment| {
-        reached(moment.time, length);
+        part.reach(moment.time / length);
         if request.settle == 0 || moment.time >= settled {
             record(rows.row(&Moment { time: moment.time - settled, ..moment }));
         }

@@ -371,7 +371,7 @@ pub fn basin(
     let mut search = search.with_found(given(progress));
     let grid = BasinGrid::new(request);
     let mut classes = |cells: &[usize]| {
-        progress.expect(cells.len() as u64 * PartProgress::UNITS);
+        PartProgress::announce(progress, cells.len());
         search.classes(cells, |cell| grid.state(cell))
     };
     let (classes, computed, probes) = if request.every_cell {

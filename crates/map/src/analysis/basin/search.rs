@@ -191,7 +191,7 @@ impl<'a> BasinSearch<'a> {
             let fits = |found: &Vec<Followed>| {
                 found.len() == starts.len() && found.iter().all(|followed| self.fits(followed))
             };
-            let part = PartProgress::new(progress, starts.len() as u64 * PartProgress::UNITS);
+            let part = PartProgress::new(progress, starts.len());
             resumed_if(progress, &place, fits, || self.follow_but(starts, &part))
         };
         parallel::map(starts.chunks(BLOCK).enumerate(), block).concat()
@@ -245,7 +245,7 @@ impl<'a> BasinSearch<'a> {
         let hands_over = shard.share.number() == 1;
         for round in rounds(first.len()).into_iter().take(ROUNDS_OF_ALL) {
             let starts = starts(&mut round.iter().map(|&place| first[place]));
-            shard.own.expect(starts.len() as u64 * PartProgress::UNITS);
+            PartProgress::announce(shard.own, starts.len());
             let progress: &dyn Progress = if hands_over { shard } else { shard.own };
             for ((number, _), followed) in starts.iter().zip(self.followed(&starts, progress)) {
                 classes.insert(*number, self.take(followed, KICKS));
@@ -255,7 +255,7 @@ impl<'a> BasinSearch<'a> {
         refine(&mut |wanted| {
             let new = wanted.iter().copied().filter(|number| !classes.contains_key(number));
             let new = starts(&mut new.collect::<Vec<_>>().into_iter());
-            shard.own.expect(new.len() as u64 * PartProgress::UNITS);
+            PartProgress::announce(shard.own, new.len());
             // New attractors separate cells; they do not end the orbits of other states.
             let more = self.known.split_off(known);
             let followed = self.followed(&new, shard.own);

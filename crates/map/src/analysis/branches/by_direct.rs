@@ -204,8 +204,8 @@ impl<'a> DirectBranches<'a> {
     pub(super) fn through_attractor(&self, start: &[f64]) -> Option<AttractorBranch> {
         let value = self.request.at[self.request.along];
         let (mut image, mut state) = (self.image.clone(), start.to_vec());
-        self.progress.expect(3 * PartProgress::UNITS);
-        let flights = PartProgress::new(self.progress, PartProgress::UNITS);
+        PartProgress::announce(self.progress, 3);
+        let flights = PartProgress::new(self.progress, 1);
         flights.expect(FLIGHTS as u64);
         let settled = (0..FLIGHTS).find_map(|_| {
             let flight = self.fly(&mut image, &state, value);
@@ -216,12 +216,12 @@ impl<'a> DirectBranches<'a> {
         let (itinerary, flight) = settled?;
         drop(flights);
         let seed = self.nearest_period(&flight, &itinerary)?;
-        let traced = PartProgress::new(self.progress, PartProgress::UNITS);
+        let traced = PartProgress::new(self.progress, 1);
         let most = self.extent.most_work;
         traced.expect(most);
         let trace = self.reported_trace(&itinerary, &seed, &[], most, &traced).trace?;
         drop(traced);
-        let described = PartProgress::new(self.progress, PartProgress::UNITS);
+        let described = PartProgress::new(self.progress, 1);
         let branch = self.reported_branch(&itinerary, &trace, &described);
         let distance = |point: &BranchPoint| {
             let FoundOrbit { parameters, states, .. } = &point.orbit;

@@ -128,12 +128,12 @@ impl ChartGrid<'_> {
         known: &KnownCells,
         progress: &dyn Progress,
     ) -> Vec<CellFound> {
-        progress.expect(wanted.len() as u64 * PartProgress::UNITS);
+        PartProgress::announce(progress, wanted.len());
         let lanes = self.map.lanes();
         let block = |(number, cells): (usize, &[usize])| {
             // NOTE: blocks have other lengths on another device.
             let place = [round, number as u64, lanes as u64];
-            let part = PartProgress::new(progress, cells.len() as u64 * PartProgress::UNITS);
+            let part = PartProgress::new(progress, cells.len());
             let fits =
                 |found: &Vec<CellFound>| found.len() == cells.len() && found.iter().all(is_found);
             resumed_if(progress, &place, fits, || self.block_but(cells, known, &part))

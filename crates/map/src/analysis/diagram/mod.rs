@@ -164,7 +164,7 @@ fn run_sweeps<T>(
     };
     let ways = starts.iter().flat_map(|&start| headings.iter().map(move |&way| (start, way)));
     let ways: Vec<_> = ways.collect();
-    progress.expect((plan.maps.len() * ways.len() * values) as u64 * PartProgress::UNITS);
+    PartProgress::announce(progress, plan.maps.len() * ways.len() * values);
     let sweeps = plan
         .maps
         .iter()

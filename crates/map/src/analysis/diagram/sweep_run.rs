@@ -136,7 +136,7 @@ impl KeptVisits<'_> {
     /// Progress of some visits; corrections are not part of the announced work.
     fn part(&self, visits: usize) -> PartProgress<'_> {
         match self.round {
-            0 => PartProgress::new(self.progress, visits as u64 * PartProgress::UNITS),
+            0 => PartProgress::new(self.progress, visits),
             _ => PartProgress::new(&NoProgress, 0),
         }
     }
