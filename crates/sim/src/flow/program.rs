@@ -21,6 +21,10 @@ use lowering::ProgramLowering;
 
 pub(super) use operation::{Operation, Slot, run};
 
+/// Sums, multiples and other linear operations that together take as long as a product of series
+/// of some forty terms.
+const LINEAR_IN_A_PRODUCT: usize = 10;
+
 /// Kind of an input of a program: the parts that can be nonzero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InputKind {
@@ -84,7 +88,8 @@ impl Program {
         matches!(self.operations[slot], Operation::Euler(_))
     }
 
-    /// Number of products of two full elements per evaluation: the measure of cost.
+    /// Number of products of two full elements per evaluation: the measure of cost. Of the other
+    /// operations, each [`LINEAR_IN_A_PRODUCT`] count as a product.
     pub fn products(&self) -> usize {
         let is_product = |operation: &&Operation| {
             !matches!(
@@ -103,7 +108,8 @@ impl Program {
                     | Operation::Balance(..)
             )
         };
-        self.operations.iter().filter(is_product).count()
+        let products = self.operations.iter().filter(is_product).count();
+        products + (self.operations.len() - products) / LINEAR_IN_A_PRODUCT
     }
 
     /// Recurrence of a slot.
@@ -251,4 +257,28 @@ fn any_value<S: Scalar>(operation: &Operation, slot: usize, tape: &[S]) -> S {
     let mut out = [S::zero()];
     run(operation, slot, &TimeSeries { order: 0 }, 0, 1, tape, &mut out);
     out[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_linear_operations_count_as_products() {
+        let mut graph = ExpressionGraph::new();
+        let state = graph.input(0);
+        let square = graph.mul(state, state);
+        let program = |graph: &ExpressionGraph, sum| {
+            Program::new(graph, &[sum], &[InputKind::Variable]).products()
+        };
+        assert_eq!(program(&graph, square), 1);
+        let mut sum = square;
+        for _ in 0..500 {
+            let tiny = graph.constant(Dd::new(1e-9, 0.0));
+            let term = graph.mul(tiny, state);
+            sum = graph.add(sum, term);
+        }
+        let products = program(&graph, sum);
+        assert!((1 + 500 / LINEAR_IN_A_PRODUCT..=101).contains(&products), "{products}");
+    }
 }
