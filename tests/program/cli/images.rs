@@ -110,3 +110,50 @@ fn reference_images_are_met_to_double_double_and_by_the_map_to_rounding() {
     let orders = ["--set", "expansion.smooth_order=8", "--set", "expansion.contact_weight=10"];
     assert!(reference_error(&orders) < 1e-13);
 }
+
+/// A ball that hits the table once in two periods of the table and grazes it once. Between the hit
+/// and the graze before it the gap has a minimum far from the table.
+const BALL: &str = r#"
+[model]
+states = ["x", "v"]
+parameters = { g = 1.0, A = 1.61, om = 2.0, r = 0.5 }
+[model.phase]
+name = "p"
+rate = "om"
+period = "2*pi"
+[model.flow]
+x = "v"
+v = "-g"
+[[model.surface]]
+name = "table"
+event = "x - A*sin(p)"
+impact = { v = "A*om*cos(p) - r*(v - A*om*cos(p))" }
+[grazing]
+surface = "table"
+hits = "table"
+solve_for = "A"
+periods = 2
+guess = { x = 1.229, v = 2.088, p = 0.8666 }
+[expansion]
+active = ["A"]
+"#;
+
+#[test]
+fn a_return_that_ends_behind_a_hit_of_the_grazing_surface_comes_back_to_the_graze() {
+    let folder = scratch();
+    fs::write(folder.path().join("ball.toml"), BALL).expect("writable");
+    fs::write(folder.path().join("states.csv"), "x,v,A\n1e-6,0,0\n").expect("writable");
+    let image = ["image", "ball.toml", "--states", "states.csv", "--csv", "-", "-q", "--method"];
+    let [direct, map] = ["direct", "map"].map(|method| {
+        let output = grazemap(folder.path(), &[&image[..], &[method]].concat());
+        let table = text(&output.stdout);
+        let row = table.lines().nth(1).map(str::to_owned);
+        let row = row.unwrap_or_else(|| panic!("{}", text(&output.stderr)));
+        let row: Vec<f64> = row.split(',').filter_map(|cell| cell.parse().ok()).collect();
+        [row[2], row[3]]
+    });
+    assert!(direct[0].abs() < 1e-5, "{direct:?}");
+    for (direct, map) in direct.iter().zip(map) {
+        assert!((direct - map).abs() < 1e-9, "{direct} {map}");
+    }
+}
