@@ -96,11 +96,11 @@ fn verdict_text(scene: &Scene, listing: &OrbitListing, study: &GrazeStudy) -> St
     for words in study.words() {
         text.push_str(&format!("{words}\n"));
     }
-    let unstable = listing.multipliers.iter().find(|[re, im]| re.hypot(*im) > 1.0);
-    if let Some([re, im]) = unstable {
+    let theory = &study.theory;
+    if theory.is_unstable() && !theory.says_unstable() {
         text.push_str(&format!(
             "note: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
-            re.hypot(*im)
+            theory.largest_multiplier
         ));
     }
     text.push_str(&format!("section: {}\n\n", listing.section.words()));

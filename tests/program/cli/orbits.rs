@@ -95,3 +95,17 @@ fn loci_are_written_beside_the_orbits() {
     assert_eq!(json["loci"][0]["kind"], "fold");
     assert_eq!(json["loci"][0]["points"].as_array().map(Vec::len), Some(2));
 }
+
+#[test]
+fn an_unstable_orbit_is_said_to_be_unstable_once() {
+    let folder = scratch();
+    let words = |zeta: &str, name: &str| {
+        let zeta = format!("model.parameters.zeta={zeta}");
+        let output = grazemap(folder.path(), &["locate", name, "--set", &zeta]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout).matches("orbit is unstable").count()
+    };
+    assert_eq!(["-0.02", "0", "0.05"].map(|zeta| words(zeta, "linear")), [1, 0, 0]);
+    // Theory says nothing of the stability of an orbit with two passages.
+    assert_eq!(words("-0.02", "two_stops_t1"), 1);
+}

@@ -64,6 +64,18 @@ pub struct GrazeTheory {
     pub expectation: Expectation,
 }
 
+impl GrazeTheory {
+    /// Whether a multiplier of the orbit without contact is larger than 1 by more than rounding.
+    pub fn is_unstable(&self) -> bool {
+        self.largest_multiplier > 1.0 + NOISE
+    }
+
+    /// Whether the prediction itself is that the orbit is unstable.
+    pub fn says_unstable(&self) -> bool {
+        self.expectation == Expectation::Unstable
+    }
+}
+
 /// A parameter along whose grazing curve a vanishing condition changes its sign.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unfolding {
@@ -204,7 +216,7 @@ pub fn graze_theory(scene: &Scene, orbit: &GrazingOrbit) -> Result<GrazeTheory, 
         None => Expectation::NoContact,
         Some(_) if orbit.forgets() => Expectation::Forgotten,
         Some(_) if (theory.largest_multiplier - 1.0).abs() <= NOISE => Expectation::Neutral,
-        Some(_) if theory.largest_multiplier >= 1.0 => Expectation::Unstable,
+        Some(_) if theory.is_unstable() => Expectation::Unstable,
         Some(2.0..) => Expectation::Finite,
         Some(power) if power > 1.0 => Expectation::Unbounded,
         Some(_) => {
