@@ -149,9 +149,9 @@ const MOST_PRODUCTS: usize = 13_000_000;
 /// Cost of a product of series in double-double, relative to one in `f64`.
 const IN_DOUBLE_DOUBLE: usize = 20;
 
-/// Products of series in one Taylor step of the free flow of a scene.
+/// Cost of one Taylor step of the free flow of a scene, in products of series.
 pub(crate) fn products_of_step(scene: &Scene) -> usize {
-    Field::free(&scene.model, &[]).time_program().products().max(1)
+    Field::free(&scene.model, &[]).time_program().cost_in_products().max(1)
 }
 
 impl<'a, S: Real> DirectImage<'a, S> {

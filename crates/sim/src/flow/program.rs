@@ -22,7 +22,7 @@ use lowering::ProgramLowering;
 pub(super) use operation::{Operation, Slot, run};
 
 /// Sums, multiples and other linear operations that together take as long as a product of series
-/// of some forty terms.
+/// of numbers with some forty terms.
 const LINEAR_IN_A_PRODUCT: usize = 10;
 
 /// Kind of an input of a program: the parts that can be nonzero.
@@ -88,8 +88,7 @@ impl Program {
         matches!(self.operations[slot], Operation::Euler(_))
     }
 
-    /// Number of products of two full elements per evaluation: the measure of cost. Of the other
-    /// operations, each [`LINEAR_IN_A_PRODUCT`] count as a product.
+    /// Number of products of two full elements per evaluation: the measure of cost in jets.
     pub fn products(&self) -> usize {
         let is_product = |operation: &&Operation| {
             !matches!(
@@ -108,7 +107,13 @@ impl Program {
                     | Operation::Balance(..)
             )
         };
-        let products = self.operations.iter().filter(is_product).count();
+        self.operations.iter().filter(is_product).count()
+    }
+
+    /// Cost of an evaluation in series of numbers, in products of two series: ten other operations
+    /// count as one.
+    pub fn cost_in_products(&self) -> usize {
+        let products = self.products();
         products + (self.operations.len() - products) / LINEAR_IN_A_PRODUCT
     }
 
@@ -269,7 +274,7 @@ mod tests {
         let state = graph.input(0);
         let square = graph.mul(state, state);
         let program = |graph: &ExpressionGraph, sum| {
-            Program::new(graph, &[sum], &[InputKind::Variable]).products()
+            Program::new(graph, &[sum], &[InputKind::Variable]).cost_in_products()
         };
         assert_eq!(program(&graph, square), 1);
         let mut sum = square;
