@@ -646,8 +646,9 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     }
 
     /// Flies to the next minimum of a surface's gap with surfaces ignored, including this one.
-    /// Returns the time for which the gap is known to rise from there; `None` if the horizon came
-    /// first.
+    /// With none ignored, the surface is flown through unless the contact is a hit of the nominal
+    /// return. Returns the time for which the gap is known to rise from there; `None` if the
+    /// horizon came first.
     fn reach_minimum(
         &mut self,
         surface: usize,
@@ -659,6 +660,14 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         loop {
             match self.next_stop(horizon, approach, log)? {
                 Stop::Minimum { rises_for, .. } => return Ok(Some(rises_for)),
+                Stop::Contact { surface: met }
+                    if ignored == Ignored::None
+                        && self.meets(surface, met)
+                        && !self.is_expected_hit(surface) =>
+                {
+                    let minimum = self.pass_through(surface, horizon, log)?;
+                    return Ok(minimum.map(|minimum| minimum.rises_for));
+                }
                 Stop::Contact { surface } => self.respond(surface, log)?,
                 Stop::Horizon | Stop::Release => return Ok(None),
             }
@@ -702,8 +711,8 @@ impl<'a, S: Real> DirectReturn<'a, S> {
     ///
     /// The next minimum, with some surfaces ignored and the others acting, is searched as far
     /// beyond the nominal return as the present one lies before it, unless the gap is known to
-    /// rise for so long. Hits of the nominal return on the way act, also those of the surface
-    /// itself. The simulator is then put back.
+    /// rise for so long. From a minimum without contact, hits of the nominal return act, also those
+    /// of the surface itself. The simulator is then put back.
     fn is_final(&mut self, surface: usize, ignored: Ignored, rises_for: S) -> bool {
         let time = self.simulator.time();
         let early = self.duration - time;
@@ -715,37 +724,10 @@ impl<'a, S: Real> DirectReturn<'a, S> {
         let horizon = self.duration + early;
         let log = &mut Log::unread();
         let is_clear = self.simulator.sense(surface).gap >= S::zero();
-        let nearer = match self.itinerary.has_hits() && is_clear {
-            true => self.reach_approach(surface, horizon, log),
-            false => self.reach_minimum(surface, ignored, horizon, log),
-        };
+        let ignored = if self.itinerary.has_hits() && is_clear { Ignored::None } else { ignored };
+        let nearer = self.reach_minimum(surface, ignored, horizon, log).unwrap_or(None);
         self.simulator.motion.copy_from(&self.passage);
-        matches!(nearer, Err(_) | Ok(None))
-    }
-
-    /// Flies from a minimum without contact, through the hits of the nominal return, to the next
-    /// minimum of a surface's gap, which may lie behind a contact that is no such hit. Returns the
-    /// time for which the gap is known to rise from there; `None` if the horizon came first.
-    fn reach_approach(
-        &mut self,
-        surface: usize,
-        horizon: S,
-        log: &mut Log<S>,
-    ) -> Result<Option<S>, Outcome<S>> {
-        let approach = Approach { stop_at: Some(surface), ..Approach::default() };
-        loop {
-            match self.next_stop(horizon, approach, log)? {
-                Stop::Minimum { rises_for, .. } => return Ok(Some(rises_for)),
-                Stop::Contact { surface: met }
-                    if self.meets(surface, met) && !self.is_expected_hit(surface) =>
-                {
-                    let minimum = self.pass_through(surface, horizon, log)?;
-                    return Ok(minimum.map(|minimum| minimum.rises_for));
-                }
-                Stop::Contact { surface } => self.respond(surface, log)?,
-                Stop::Horizon | Stop::Release => return Ok(None),
-            }
-        }
+        nearer.is_none()
     }
 
     fn next_stop(
