@@ -328,6 +328,17 @@ impl GrazeStudy {
         }
     }
 
+    /// Instability of the orbit, in words, where the prediction is not that already.
+    pub fn instability(&self) -> Option<String> {
+        let theory = &self.theory;
+        (theory.is_unstable() && theory.expectation != Expectation::Unstable).then(|| {
+            format!(
+                "the orbit is unstable even without contact: a multiplier has modulus {:.6}",
+                theory.largest_multiplier
+            )
+        })
+    }
+
     /// Table of the measurements; `None` without any.
     pub fn measured_table(&self) -> Option<Table> {
         let finite = |value: Option<f64>| value.filter(|value| value.is_finite());

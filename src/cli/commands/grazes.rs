@@ -96,12 +96,8 @@ fn verdict_text(scene: &Scene, listing: &OrbitListing, study: &GrazeStudy) -> St
     for words in study.words() {
         text.push_str(&format!("{words}\n"));
     }
-    let theory = &study.theory;
-    if theory.is_unstable() && !theory.says_unstable() {
-        text.push_str(&format!(
-            "note: the orbit is unstable even without contact: a multiplier has modulus {:.6}\n",
-            theory.largest_multiplier
-        ));
+    if let Some(words) = study.instability() {
+        text.push_str(&format!("note: {words}\n"));
     }
     text.push_str(&format!("section: {}\n\n", listing.section.words()));
     text.push_str(&listing.summary_table().to_text());

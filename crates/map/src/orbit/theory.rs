@@ -69,11 +69,6 @@ impl GrazeTheory {
     pub fn is_unstable(&self) -> bool {
         self.largest_multiplier > 1.0 + NOISE
     }
-
-    /// Whether the prediction itself is that the orbit is unstable.
-    pub fn says_unstable(&self) -> bool {
-        self.expectation == Expectation::Unstable
-    }
 }
 
 /// A parameter along whose grazing curve a vanishing condition changes its sign.
