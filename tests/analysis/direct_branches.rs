@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 
 use grazemap::analysis::basin::BasinRequest;
 use grazemap::analysis::branches::{
-    Branch, BranchEnd, BranchLabel, BranchPoint, BranchRequest, Branches,
+    Branch, BranchEnd, BranchLabel, BranchObservable, BranchPoint, BranchRequest, Branches,
+    observed,
 };
 use grazemap::analysis::periodic::{ContactItinerary, FoundOrbit};
 use grazemap::analysis::{MotionEvents, NoProgress, TimeSeriesRequest, escape_bounds};
@@ -922,5 +923,70 @@ contact_weight = 4
     let decay = (-0.05 * TAU).exp();
     for orbit in free {
         assert!((determinant(orbit) - decay).abs() < 1e-9, "{orbit:?}");
+    }
+}
+
+#[test]
+fn flights_are_made_in_a_range_far_from_the_graze() {
+    // The range begins at four and a half times the grazing value of alpha.
+    let map = map_of(scene_with("linear", &NONE));
+    let found = branches(&map, &["1"], [10.0, 12.0], true);
+    let stable = |branch: &Branch| branch.points.iter().all(|point| point.orbit.stable);
+    assert!(found.branches.iter().any(stable), "{found:?}");
+}
+
+/// A stiff stop, `x'' = ... - 2000 d - 6 x'` at the depth `d`, lets go within half a period of its
+/// own motion, `pi / sqrt(2000 - 9)`, as the free motion is slow and leads away from it.
+#[test]
+fn a_contact_is_counted_once_in_the_time_of_contact() {
+    let text = r#"
+[model]
+states = ["x", "v"]
+parameters = { A = 0.14, omega = 1.1 }
+phase = { name = "theta", rate = "omega", period = "2*pi" }
+flow = { x = "v", v = "A*cos(theta) - 0.1*v - x - 0.4*x^3" }
+[[model.surface]]
+name = "stop"
+event = "1 - x"
+contact = { v = "free - 2000*d - 6*v" }
+[grazing]
+solve_for = "A"
+[window]
+depth = 1e-3
+state = { x = 2e-3, theta = 0.02 }
+parameter = { A = 2e-3 }
+"#;
+    let map = map_of(scene_of(text));
+    let found = branches(&map, &["1"], [0.01, 0.15], true);
+    let times = observed(map.scene(), map.orbit(), &found, BranchObservable::ContactTime);
+    let times = times.expect("a simulation").concat();
+    let longest = std::f64::consts::PI / (2000.0_f64 - 9.0).sqrt();
+    assert!(times.len() > 10);
+    for (point, time) in points(&found).zip(times) {
+        let speed = point.orbit.contacts.iter().map(|contact| contact.speed).fold(0.0, f64::max);
+        let shortest = if speed > 0.1 { 0.6 * longest } else { 0.0 };
+        assert!((shortest..longest).contains(&time), "{speed}: {time} of {longest}");
+    }
+}
+
+#[test]
+fn hits_between_grazes_count_in_the_impact_speed_of_a_branch_and_not_of_a_diagram() {
+    let map = map_of(scene_with("two_sided", &NONE));
+    let found = branches(&map, &["0"], [-1e-4, 1e-3], true);
+    let speeds = observed(map.scene(), map.orbit(), &found, BranchObservable::ImpactSpeed);
+    let speeds = speeds.expect("a simulation").concat();
+    assert!(!speeds.is_empty());
+    // The largest hit of the grazing orbit, and of the orbits that contact changes.
+    for (point, speed) in points(&found).zip(speeds) {
+        assert!((speed - 1.884_269).abs() < 1e-3, "{:?}: {speed}", point.orbit);
+    }
+    let tables = "[[diagram]]\nparameter = \"dr\"\nrange = [1e-4, 2e-4]\npoints = 2\n\
+                  transient = 100\nkeep = 4\nobserve = \"impact_speed\"\n\
+                  with = [\"direct\", \"guarded\"]\n";
+    let map = map.asking(tables).expect("a diagram");
+    let diagram = map.diagram(&map.scene().diagrams[0]).expect("an attractor");
+    assert_eq!(diagram.sweeps.len(), 2);
+    for point in diagram.sweeps.iter().flat_map(|sweep| &sweep.points) {
+        assert!(point.kept_values().all(|speed| speed == 0.0), "{point:?}");
     }
 }

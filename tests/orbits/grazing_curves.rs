@@ -291,3 +291,26 @@ fn a_curve_ends_where_a_function_comes_to_its_corner_in_the_parameter_followed()
         }
     }
 }
+
+#[test]
+fn multipliers_at_the_end_of_a_curve_contract_areas_as_the_flow_does() {
+    // Two harmonics: the minimum that grazes meets a maximum, h'' = 0, near omega = 0.718.
+    let force = "alpha*cos(theta) + 0.15*sin(2*theta + 0.4)";
+    let flow = format!("{force} - 2*zeta*v - x - 0.2*x^2 - 0.35*x^3");
+    let changes = [
+        ("model.flow.v", flow.as_str()),
+        ("model.parameters.zeta", "0.06"),
+        ("model.parameters.delta", "1.1"),
+        ("model.parameters.alpha", "0.6"),
+        ("model.parameters.omega", "0.8"),
+    ];
+    let scene = scene_with("linear", &changes);
+    let curve = traced(&scene, 0.8, 0.5, &CurveOptions::default());
+    assert!(matches!(curve.end, CurveEnd::DegenerateGraze { .. }), "{}", curve.end);
+    for point in &curve.points {
+        let areas = (-2.0 * 0.06 * point.period).exp();
+        let &[[re, im], [other, _]] = point.multipliers.as_slice() else { panic!("two") };
+        let product = if im == 0.0 { re * other } else { re * re + im * im };
+        assert!((product / areas - 1.0).abs() < 1e-8, "{product} {areas}: {point:?}");
+    }
+}

@@ -104,6 +104,12 @@ fn verdict_text(scene: &Scene, listing: &OrbitListing, study: &GrazeStudy) -> St
     if let Some(hits) = listing.hits_table() {
         text.push_str(&format!("\nhits of a period\n\n{}", hits.to_text()));
     }
+    for surface in &scene.grazing.hits.surfaces {
+        let name = &scene.model.surfaces[*surface].name;
+        if !listing.hits.iter().any(|hit| hit.surface == *name) {
+            text.push_str(&format!("note: the orbit does not hit `{name}`, which `hits` names\n"));
+        }
+    }
     text
 }
 

@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::orbits::searched;
 use crate::analysis::orbits::{OrbitsRequest, orbits};
 use crate::analysis::periodic::ContactItinerary;
-use crate::analysis::{Progress, TimeSeries, TimeSeriesRequest, series_bytes, time_series};
+use crate::analysis::{
+    Progress, SectionFrame, TimeSeries, TimeSeriesRequest, series_bytes, time_series,
+};
 use crate::convergence::ConvergenceStudy;
 use crate::model::Shape;
 use crate::pipeline::answer::edge_remark;
@@ -203,7 +205,6 @@ fn periodic_start(
     let map = Source::Graze(settled.graze().clone()).map_or_free_flight()?;
     let itinerary = ContactItinerary::parse(digits, map.local().passages());
     let itinerary = itinerary.map_err(KeyError::from)?;
-    let returns = itinerary.returns().len();
     let request = OrbitsRequest {
         itineraries: vec![itinerary],
         at: vec![parameters.to_vec()],
@@ -212,14 +213,15 @@ fn periodic_start(
         loci: None,
     };
     let found = orbits(map.scene(), map.orbit(), map.local(), &request, progress)?;
-    let first = found.orbits.first().and_then(|orbit| orbit.states.first());
     let searched = || searched(&map, &request, &found);
-    let first = first.ok_or_else(|| Ended::NoOrbits { at: 1, searched: searched() })?;
+    let none = || Ended::NoOrbits { at: 1, searched: searched() };
+    let first = found.orbits.first().ok_or_else(none)?;
     if found.orbits.len() > 1 {
         let others = counted(found.orbits.len() - 1, "other orbit");
         remarks.push(format!("the first of its itinerary; {others}: `orbits` lists them"));
     }
-    Ok((first.clone(), returns))
+    let periods = SectionFrame::<f64>::new(map.scene(), map.orbit()).periods();
+    Ok((first.states[0].clone(), first.nominal_returns(periods)))
 }
 
 /// Keys of `converge`.

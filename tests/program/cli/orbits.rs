@@ -109,3 +109,37 @@ fn an_unstable_orbit_is_said_to_be_unstable_once() {
     // Theory says nothing of the stability of an orbit with two passages.
     assert_eq!(words("-0.02", "two_stops_t1"), 1);
 }
+
+#[test]
+fn a_stop_that_the_orbit_does_not_hit_is_named() {
+    let folder = scratch();
+    let words = |changes: &[&str]| {
+        let output = grazemap(folder.path(), &[&["locate", "two_sided"], changes].concat());
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let unhit = "note: the orbit does not hit `left`, which `hits` names";
+    assert!(!words(&[]).0.contains(unhit));
+    // The free motion reaches 2.70.
+    let (found, problems) = words(&["--set", "dl=20"]);
+    assert!(found.contains(unhit), "{found}{problems}");
+    // A ball that starts on the table, falls through it and meets it no more.
+    let ball = r#"
+[model]
+states = ["x", "v"]
+parameters = { A = 0.62, g = 1.0, w = 2.0, r = 0.5 }
+phase = { name = "theta", rate = "w", period = "2*pi" }
+flow = { x = "v", v = "-g" }
+[[model.surface]]
+name = "table"
+event = "x - A*sin(theta)"
+impact = { v = "-r*v + (1 + r)*A*w*cos(theta)" }
+[grazing]
+surface = "table"
+hits = "table"
+periods = 2
+solve_for = "A"
+"#;
+    fs::write(folder.path().join("ball.toml"), ball).expect("written");
+    let problems = text(&grazemap(folder.path(), &["locate", "ball.toml"]).stderr);
+    assert!(problems.contains("no periodic orbit that hits `table`"), "{problems}");
+}

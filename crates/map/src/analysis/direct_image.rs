@@ -20,6 +20,8 @@ pub struct SectionImage<S> {
     pub offsets: Vec<S>,
     /// Whole periods removed from the phase beyond the nominal advance.
     pub turns: i32,
+    /// Time from the section point to the next.
+    pub elapsed: S,
     /// Speed at which each passage met its surface, in the order in which they follow the section;
     /// `None` without contact.
     pub passages: Vec<Option<S>>,
@@ -29,7 +31,7 @@ pub struct SectionImage<S> {
     pub extra_contacts: usize,
     /// Contacts at each surface of the model.
     pub hits: Vec<usize>,
-    /// Speed of the first contact; 0 without one.
+    /// Speed of the first contact that is none of the hits of the grazing orbit; 0 without one.
     pub impact_speed: S,
     /// Largest share of an impact's speed with which the state still moves into a rigid surface
     /// after its reset, as for a restitution below zero; 0 if it never does.
@@ -331,7 +333,8 @@ impl<'a, S: Real> DirectImage<'a, S> {
         SectionImage {
             offsets,
             turns,
-            impact_speed: image.impact_speeds.first().copied().unwrap_or(S::zero()),
+            elapsed: image.elapsed,
+            impact_speed: image.first_speed.unwrap_or(S::zero()),
             passed: image.passed,
             passages: image.passages,
             contacts: image.contacts,

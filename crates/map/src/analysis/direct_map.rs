@@ -89,7 +89,8 @@ impl<'a> DirectMap<'a> {
         DirectLanes::new(&image, &self.normal_accelerations, parameters)
     }
 
-    /// Speed of the first contact after a section point; 0 without contact, NaN without an image.
+    /// Speed of the first contact after a section point that is none of the hits of the grazing
+    /// orbit; 0 without such a contact, NaN without an image.
     pub fn impact_speed(&self, state: &[f64], parameters: &[f64]) -> f64 {
         self.simulate(state, parameters).map_or(f64::NAN, |image| image.impact_speed)
     }

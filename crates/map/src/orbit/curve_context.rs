@@ -7,11 +7,10 @@ use super::effort::Effort;
 use super::free_flow::Corners;
 use super::grazing_curve::{CurveEnd, CurvePoint, SpecialKind};
 use super::grazing_orbit::{Grazes, GrazingConditions, GrazingOrbit, Penetration, Touch};
-use super::monodromy::{ConditionFactors, Stretch, legs, multipliers, on_section, round};
+use super::monodromy::{ConditionFactors, Stretch, across_flow, legs, multipliers, round};
 use super::newton::{Equations, Scaled, unit_of};
 use super::outcome::{NotLocated, OrbitError, Stop, settled};
 use super::passages::{clearance, other_minima, passages, points, stretches};
-use super::section::PoincareSection;
 use super::system::ExtendedSystem;
 use crate::continuation::{TestValue, dot, tangent_at};
 use crate::model::Scene;
@@ -290,11 +289,10 @@ impl<'a> CurveContext<'a> {
         let parameters = &passed.parameters;
         let exact: Vec<Dd> = converted(parameters);
         let passages = points(self.scene, self.system(), &passed.touches, &exact)?;
-        let (graze, state) = (&passages[0], passed.touches[0].state.clone());
+        let state = passed.touches[0].state.clone();
         let local = self.system().geometry(0).at(&state, parameters);
-        let model = &self.scene.model;
-        let section = PoincareSection::tangency(model, graze.surface, &graze.state, &exact);
-        let monodromy = on_section(&round(&passed.legs), &section, &local);
+        let forced = self.scene.model.phase.is_some();
+        let monodromy = across_flow(&round(&passed.legs), &local, forced);
         let discriminant = (monodromy.shape() == (2, 2)).then(|| {
             let half_difference = (monodromy[(0, 0)] - monodromy[(1, 1)]) * 0.5;
             let product = monodromy[(0, 1)] * monodromy[(1, 0)];

@@ -85,6 +85,33 @@ pub(super) fn on_section<S: Real>(
     })
 }
 
+/// The monodromy up to shifts along the flow `f`, on all coordinates but one,
+/// `M_ik − f_i M_jk/f_j`.
+///
+/// Its eigenvalues are the multipliers, whatever the section. The coordinate `j` left out is the
+/// phase, or that of the largest velocity without one; unlike the projection on a tangency
+/// section, nothing is singular where `h''` vanishes.
+pub(super) fn across_flow<S: Real>(
+    full: &DMatrix<S>,
+    local: &LocalGeometry<'_, S>,
+    forced: bool,
+) -> DMatrix<S> {
+    let (dimension, flow) = (local.dimension(), local.flow());
+    let fastest = (0..dimension).max_by(|&a, &b| {
+        let [a, b] = [a, b].map(|at| flow[at].abs().to_f64());
+        a.total_cmp(&b)
+    });
+    let along = match forced {
+        true => dimension - 1,
+        false => fastest.unwrap_or_default(),
+    };
+    let kept: Vec<usize> = (0..dimension).filter(|&at| at != along).collect();
+    DMatrix::from_fn(kept.len(), kept.len(), |row, column| {
+        let (row, column) = (kept[row], kept[column]);
+        full[(row, column)] - flow[row] / flow[along] * full[(along, column)]
+    })
+}
+
 /// Eigenvalues `[re, im]`, the largest first.
 pub(super) fn multipliers<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<[f64; 2]>, OrbitError> {
     let values = eigenvalues(matrix)?;

@@ -9,13 +9,18 @@ use crate::numeric::{NumericError, Shown};
 /// Reason why no grazing orbit was found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NotLocated {
-    /// Shooting found no periodic orbit of the free flow.
+    /// Shooting found no periodic orbit of the free flow, or none with the hits that the scene
+    /// names.
     #[error(
-        "no periodic orbit of the free flow found at {parameter} = {}: {}",
+        "no periodic orbit {} found at {parameter} = {}: {}{}",
+        motion(hits),
         Shown(*value),
-        unsettled(*periods, *change)
+        unsettled(*periods, *change),
+        if hits.is_empty() { "" } else { "; a `guess` starts nearer to the orbit that is meant" }
     )]
     NoPeriodicOrbit {
+        /// Names of the surfaces that the orbit is to hit.
+        hits: Vec<String>,
         /// Name of the adjusted parameter.
         parameter: String,
         /// Value of the parameter.
@@ -404,9 +409,18 @@ fn function_words(function: &str) -> String {
 }
 
 /// Description of the state of the free flow after the last period.
+/// Kind of periodic orbit that is looked for, by the surfaces that it hits.
+fn motion(hits: &[String]) -> String {
+    match hits {
+        [] => "of the free flow".to_owned(),
+        hits => format!("that hits `{}`", hits.join("`, `")),
+    }
+}
+
+/// State of a motion that settled on no periodic orbit with a minimum of the gap.
 fn unsettled(periods: usize, change: f64) -> String {
     if change == 0.0 {
-        "the free flow stays at rest there, and its gap has no minimum; a `guess` starts near \
+        "the motion stays at rest there, and its gap has no minimum; a `guess` starts near \
          another orbit"
             .to_owned()
     } else if change.is_finite() {

@@ -405,7 +405,10 @@ impl<'a> Search<'a> {
         let period = self.system.period(&self.unknowns(start, value));
         let stops = || singular(self.scene, start, &self.parameters(value), period);
         let singular = if change.is_nan() { stops() } else { None };
+        let surfaces = self.scene.grazing.hits.surfaces.iter();
+        let name = |&surface: &usize| self.scene.model.surfaces[surface].name.clone();
         singular.unwrap_or_else(|| NotLocated::NoPeriodicOrbit {
+            hits: surfaces.map(name).collect(),
             parameter: self.name(),
             value,
             periods: SETTLING,

@@ -803,6 +803,7 @@ impl<'a, S: Real> DirectReturn<'a, S> {
             passages,
             hits,
             impact_speeds: log.contact_speeds(),
+            first_speed: self.itinerary.first_speed(log, self.duration.to_f64()),
             passed: log.passed(),
             near_misses: log.near_misses(),
             outcome,

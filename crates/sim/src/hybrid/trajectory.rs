@@ -256,6 +256,8 @@ pub struct Return<S> {
     pub hits: Vec<usize>,
     /// Normal speeds at contact, in order of time.
     pub impact_speeds: Vec<S>,
+    /// Normal speed of the first contact that is no expected hit; `None` without one.
+    pub first_speed: Option<S>,
     /// Largest share of an impact's speed with which the state still moves into a rigid surface
     /// after its reset, as for a restitution below zero; 0 if it never does.
     pub passed: S,
@@ -439,6 +441,14 @@ impl Itinerary {
             }
         }
         [rebounds, others]
+    }
+
+    /// Speed of the first contact that is no expected hit.
+    pub(super) fn first_speed<S: Real>(&self, log: &Log<S>, duration: f64) -> Option<S> {
+        let is_expected =
+            |event: &Event<S>| self.expects_hit(event.surface, event.time.to_f64() / duration);
+        let mut others = log.events.iter().filter(|event| !is_expected(event));
+        others.find_map(|event| event.kind.contact_speed())
     }
 
     /// Whether the contact of a surface expected nearest to a share of the return is a hit.

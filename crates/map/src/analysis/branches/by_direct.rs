@@ -50,7 +50,8 @@ use crate::orbit::GrazingOrbit;
 const VALUES: usize = 16;
 /// Number of scattered start states at each value, in addition to carried ones.
 const SCATTERED: usize = 2;
-/// Largest offset at which orbits are simulated, relative to the parameter's grazing value.
+/// Largest offset at which orbits are simulated, relative to the parameter's grazing value, or to
+/// the least offset of a range beyond that.
 const FARTHEST: f64 = 4.0;
 /// Most returns before section points are recorded.
 const TRANSIENT: usize = 300;
@@ -115,6 +116,13 @@ impl RecordedFlight {
             && states.iter().all(|state| state.len() == dimension)
             && returns.iter().all(is_known)
     }
+}
+
+/// Part of a range of offsets in which flights are made, for a parameter of a size at the graze.
+fn flown_range(range: [f64; 2], size: f64) -> [f64; 2] {
+    let [lower, upper] = [range[0].min(range[1]), range[0].max(range[1])];
+    let farthest = FARTHEST * size.max(lower).max(-upper);
+    if farthest > 0.0 { range.map(|end| end.clamp(-farthest, farthest)) } else { range }
 }
 
 /// Data from which seeds are taken.
@@ -271,11 +279,7 @@ impl<'a> DirectBranches<'a> {
     /// Flights of direct simulation along the range: up and down, each started at the end of the
     /// last one, and from scattered states and the start states of the request.
     fn flights(&self) -> Vec<RecordedFlight> {
-        let range = self.request.range;
-        let [from, to] = match self.size {
-            size if size > 0.0 => range.map(|end| end.clamp(-FARTHEST * size, FARTHEST * size)),
-            _ => range,
-        };
+        let [from, to] = flown_range(self.request.range, self.size);
         let value = |number: usize| from + (to - from) * (number as f64 + 0.5) / VALUES as f64;
         let up: Vec<f64> = (0..VALUES).map(value).collect();
         let down: Vec<f64> = up.iter().rev().copied().collect();

@@ -5,8 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{BranchPoint, BranchRequest, Branches};
 use crate::analysis::diagram::{Diagram, Observer, diagram};
+use crate::analysis::direct_image::{DirectEnd, DirectImage};
 use crate::analysis::direct_map::DirectMap;
 use crate::analysis::error::AnalysisError;
+use crate::analysis::motion::MotionEvents;
+use crate::analysis::periodic::FoundOrbit;
 use crate::analysis::progress::{NoProgress, Progress};
 use crate::analysis::section_frame::SectionFrame;
 use crate::analysis::time_series::{SeriesPoint, TimeSeriesRequest, time_series};
@@ -16,6 +19,8 @@ use crate::iteration::parallel;
 use crate::model::{DiagramRequest, Method, Scene, Spacing};
 use crate::orbit::GrazingOrbit;
 
+/// Largest error of the time of a contact, relative to the period of its orbit.
+const ROUNDING: f64 = 1e-6;
 /// States per return from which an amplitude is computed.
 const SAMPLES: usize = 400;
 /// Most parameter values at which iterates are drawn behind branches.
@@ -28,7 +33,7 @@ pub enum BranchObservable {
     /// Event function of the section's surface at the first section point: `−y²` of a contact.
     #[serde(rename = "h")]
     Gap,
-    /// Largest speed at which a passage meets its surface; 0 without contact.
+    /// Largest speed of a contact; 0 without contact.
     ImpactSpeed,
     /// Time in contact with compliant surfaces per period of the orbit.
     ContactTime,
@@ -48,9 +53,10 @@ impl BranchObservable {
     }
 }
 
-/// Values of an observable by branch and point. Contact times and amplitudes are computed by direct
-/// simulation of the orbits, whatever method found them. NaN if the simulation ends early, and for
-/// virtual orbits except for the gap.
+/// Values of an observable by branch and point. Contact times, amplitudes, and impact speeds of
+/// orbits that hit stops between their grazes are computed by direct simulation of the orbits,
+/// whatever method found them. NaN if the simulation ends early, and for virtual orbits except for
+/// the gap.
 ///
 /// # Errors
 ///
@@ -80,25 +86,37 @@ fn of_orbit(
     frame.place(&found.states[0], &found.parameters)?;
     match observable {
         BranchObservable::Gap => return Ok(frame.gap()),
-        BranchObservable::ImpactSpeed => {
+        BranchObservable::ImpactSpeed if scene.grazing.hits.surfaces.is_empty() => {
             let speeds = found.contacts.iter().map(|contact| contact.speed);
             return Ok(speeds.fold(0.0, f64::max));
         }
-        BranchObservable::ContactTime | BranchObservable::Amplitude => {}
+        _ => {}
     }
-    let request = TimeSeriesRequest {
+    let mut request = TimeSeriesRequest {
         start: found.states[0].clone(),
         parameters: found.parameters.clone(),
         settle: 0,
-        returns: found.itinerary.period(),
+        returns: found.nominal_returns(frame.periods()),
         samples: SAMPLES,
     };
+    if observable == BranchObservable::ImpactSpeed {
+        let events = MotionEvents::of(scene, orbit, &request)?;
+        return Ok(events.map_or(f64::NAN, |events| events.impact_speed()));
+    }
+    let period = match observable {
+        BranchObservable::ContactTime => period(scene, orbit, found, &mut frame)?,
+        _ => None,
+    };
+    // A contact that begins within the period may end after it.
+    request.returns += usize::from(period.is_some());
     let series = time_series(scene, orbit, &request, &NoProgress)?;
     if series.early_end.is_some() {
         return Ok(f64::NAN);
     }
     Ok(match observable {
-        BranchObservable::ContactTime => contact_time(&series.points),
+        BranchObservable::ContactTime => {
+            period.map_or(f64::NAN, |period| contact_time(&series.points, period))
+        }
         _ => {
             let gaps = series.points.iter();
             let gaps = gaps.map(|point| (point.time, point.gaps[frame.surface()]));
@@ -108,15 +126,43 @@ fn of_orbit(
     })
 }
 
-/// Total time from contacts to their releases. A contact that goes on at the end of the period is
-/// the one that the period began with.
-fn contact_time(points: &[SeriesPoint]) -> f64 {
+/// Time in which an orbit repeats; `None` without one of its images.
+fn period(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    found: &FoundOrbit,
+    frame: &mut SectionFrame<f64>,
+) -> Result<Option<f64>, AnalysisError> {
+    let returns = found.itinerary.period();
+    if frame.periods() > 0 {
+        let beyond = f64::from(found.turns) / frame.periods() as f64;
+        return Ok(Some(frame.duration() * (returns as f64 + beyond)));
+    }
+    let system = HybridSystem::new(&scene.model);
+    let mut image = DirectImage::<f64>::new(&system, scene, orbit)?;
+    let (mut state, mut total) = (found.states[0].clone(), 0.0);
+    for _ in 0..returns {
+        let next = image.image(&state, &found.parameters)?;
+        if next.end != DirectEnd::Returned {
+            return Ok(None);
+        }
+        total += next.elapsed;
+        state = next.offsets;
+    }
+    Ok(Some(total))
+}
+
+/// Total time, to their releases, of the contacts that begin within a period.
+fn contact_time(points: &[SeriesPoint], period: f64) -> f64 {
+    let Some(first) = points.first() else { return 0.0 };
+    // A contact at the start comes again at the end, to rounding.
+    let end = first.time + period * (1.0 - ROUNDING);
     let mut since: Vec<(usize, f64)> = Vec::new();
     let mut total = 0.0;
     for point in points {
         let Some((event, surface)) = point.event else { continue };
         match event {
-            MomentEvent::Contact => since.push((surface, point.time)),
+            MomentEvent::Contact if point.time < end => since.push((surface, point.time)),
             MomentEvent::Release => {
                 if let Some(place) = since.iter().position(|(begun, _)| *begun == surface) {
                     total += point.time - since.remove(place).1;

@@ -106,7 +106,7 @@ pub struct ChartAttractor {
     /// Name of the orbit; `None` without a period. Its hits count every contact at a surface that
     /// grazes.
     pub orbit: Option<OrbitName>,
-    /// Number of contacts over all kept iterates.
+    /// Number of passages with contact over all iterates after the transient.
     pub kept_contacts: u32,
     /// Largest Lyapunov exponent per iterate: from the multipliers for a periodic orbit, otherwise
     /// over as many iterates as were kept. `None` after an early end, in a cell that was not

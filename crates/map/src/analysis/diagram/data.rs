@@ -149,7 +149,7 @@ pub struct DiagramPoint {
     /// Name of the orbit; `None` without a period. Its hits count every contact at a surface that
     /// grazes.
     pub orbit: Option<OrbitName>,
-    /// Number of contacts over all kept iterates.
+    /// Number of passages with contact over all kept iterates.
     pub kept_contacts: u32,
     /// Largest Lyapunov exponent per iterate, from the multipliers for a periodic orbit; `None` for
     /// direct simulation or after an early end.

@@ -15,8 +15,9 @@ use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 ///
 /// - `h` at a state of the map on a tangency section is `−depth(x, p)`, the map's own polynomial;
 ///   otherwise the event function at the full state.
-/// - `impact_speed` is the speed at which the surface of the first passage is met, 0 without
-///   contact: by the map its expansion in `y`, to the weight of the map's contacts.
+/// - `impact_speed` by the map is the speed at which the surface of the first passage is met, an
+///   expansion in `y` to the weight of the map's contacts. By direct simulation it is the speed of
+///   the first contact that is none of the hits of the grazing orbit. 0 without contact.
 /// - An expression is evaluated at the full state.
 #[derive(Debug)]
 pub struct Observer {

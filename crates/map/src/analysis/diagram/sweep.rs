@@ -363,7 +363,7 @@ fn point(
     }
 }
 
-/// Number of contacts over all kept iterates.
+/// Number of passages with contact over all steps of an orbit.
 pub(in crate::analysis) fn kept_contacts(orbit: &MapOrbit) -> u32 {
     orbit.steps.iter().map(StepInfo::contacts).sum()
 }

@@ -64,6 +64,16 @@ pub struct OrbitContact {
 const SAME: f64 = 1e-9;
 
 impl FoundOrbit {
+    /// Nominal return times that a period of the orbit takes, rounded up, for returns of so many
+    /// periods of the phase; the returns themselves of an autonomous system.
+    pub fn nominal_returns(&self, periods: usize) -> usize {
+        let all = self.itinerary.period() * periods;
+        match all.saturating_add_signed(self.turns as isize) {
+            0 => self.itinerary.period(),
+            all => all.div_ceil(periods.max(1)),
+        }
+    }
+
     /// Whether another orbit of the same itinerary is this one, at the same parameters and from any
     /// of its points; `circle` is the phase of the section.
     pub(in crate::analysis) fn is_same_as(&self, other: &Self, circle: PhaseCircle) -> bool {
