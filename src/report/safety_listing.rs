@@ -73,6 +73,10 @@ pub struct ToleranceBox {
     pub edges: usize,
     /// Values at which the orbit touches the stop or lies beyond it, one per edge where it does.
     pub touched: Vec<Named<f64>>,
+    /// Values at which the orbit ends in a fold, one per edge where it does and is not known to
+    /// touch.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub folds: Vec<Named<f64>>,
 }
 
 /// Attractor at the scene's values.
@@ -424,22 +428,33 @@ impl ToleranceBox {
             |(name, share): &(String, f64)| format!("{name} ± {} %", significant(100.0 * share, 3));
         let sizes: Vec<String> = self.tolerances.0.iter().map(pair).collect();
         let sizes = sizes.join(", ");
-        let Some(first) = self.touched.first() else {
-            let edges = match self.edges {
-                1 => "the edge".to_owned(),
-                edges => format!("the {edges} edges"),
-            };
-            return format!("clear in all of {sizes}: no graze on {edges} of the box\n");
+        let at = |values: &Named<f64>| {
+            let values = values.0.iter();
+            let pairs =
+                values.map(|(name, value)| format!("{name} = {}", significant(*value, DIGITS)));
+            pairs.collect::<Vec<_>>().join(", ")
         };
-        let values = first.0.iter();
-        let values =
-            values.map(|(name, value)| format!("{name} = {}", significant(*value, DIGITS)));
-        format!(
-            "not clear in all of {sizes}: it touches `{surface}` at {}; on {} of {} edges of the \
-             box\n",
-            values.collect::<Vec<_>>().join(", "),
-            self.touched.len(),
-            self.edges
-        )
+        let edges = self.edges;
+        match (self.touched.first(), self.folds.first()) {
+            (Some(first), _) => format!(
+                "not clear in all of {sizes}: it touches `{surface}` at {}; on {} of {edges} edges \
+                 of the box\n",
+                at(first),
+                self.touched.len(),
+            ),
+            (None, Some(first)) => format!(
+                "not known to be clear in all of {sizes}: the orbit ends in a fold at {}, and the \
+                 motion goes on to another one; on {} of {edges} edges of the box\n",
+                at(first),
+                self.folds.len(),
+            ),
+            (None, None) => {
+                let edges = match edges {
+                    1 => "the edge".to_owned(),
+                    edges => format!("the {edges} edges"),
+                };
+                format!("clear in all of {sizes}: no graze on {edges} of the box\n")
+            }
+        }
     }
 }

@@ -985,7 +985,7 @@ fn hits_between_grazes_count_in_the_impact_speed_of_a_branch_and_not_of_a_diagra
                   with = [\"direct\", \"guarded\"]\n";
     let map = map.asking(tables).expect("a diagram");
     let diagram = map.diagram(&map.scene().diagrams[0]).expect("an attractor");
-    assert_eq!(diagram.sweeps.len(), 2);
+    assert!(!diagram.sweeps.is_empty());
     for point in diagram.sweeps.iter().flat_map(|sweep| &sweep.points) {
         assert!(point.kept_values().all(|speed| speed == 0.0), "{point:?}");
     }

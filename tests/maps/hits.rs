@@ -1,10 +1,11 @@
 //! Maps of orbits that hit before they graze, against direct simulation in double-double.
 
 use grazemap::analysis::{DirectEnd, DirectImage};
+use grazemap::convergence::{ConvergenceOptions, converge};
 use grazemap::hybrid::HybridSystem;
-use grazemap::model::catalogue;
+use grazemap::model::{MapOrders, catalogue};
 use grazemap::numeric::Dd;
-use grazemap::pipeline::{FindGraze as _, Settled, StudyRequest};
+use grazemap::pipeline::{FindGraze as _, Settled};
 use grazemap::{Scene, analysis::NoProgress};
 
 use crate::support::tiers;
@@ -50,18 +51,23 @@ fn a_point_beside_the_grazing_orbit_returns_with_its_hits() {
 #[test]
 fn errors_fall_at_the_rate_of_the_orders() {
     for name in tiers::part(&SCENES, 2) {
-        let request = StudyRequest { fresh: 0, sections: false, chosen: None };
         // An image behind the rest knows nothing of the graze: the section follows the graze.
         let section = match *name {
             "rests" | "chatters" => "\n[section]\nkind = \"stroboscopic\"\nphase = 1.5\n",
             _ => "",
         };
-        let study = settled(name, section).study(&request, &NoProgress).expect("a study");
-        let low = study.orders.iter().filter(|at| {
-            at.orders.smooth_order <= 4
-                && at.orders.contact_weight <= 5
-                && at.rate.measured.is_some()
-        });
+        let settled = settled(name, section);
+        let options = ConvergenceOptions {
+            highest: Some(MapOrders::new(4, 5)),
+            tolerance: 1e-3,
+            fresh: 0,
+            smooth_rates: 4,
+            discontinuity_rates: 5,
+            ..ConvergenceOptions::of(settled.scene())
+        };
+        let study = converge(settled.scene(), settled.orbit(), &options, &NoProgress);
+        let study = study.expect("a study");
+        let low = study.orders.iter().filter(|at| at.rate.measured.is_some());
         let mut count = 0;
         for result in low {
             let (measured, expected) = (result.rate.measured.unwrap(), result.rate.expected);

@@ -295,3 +295,76 @@ solve_for = "A"
     let MarginOutcome::Found(margin) = margin else { panic!("no graze") };
     assert!(margin.clears && (margin.distance - (1.0 - 0.1290)).abs() < 1e-4, "{margin:?}");
 }
+
+/// `x'' = −ω² x + (μ − x² − x'²/ω²) x'` has the cycle `x = √μ cos ωt`, which touches `x = s` at
+/// `μ = s²`; units of time and length change nothing.
+#[test]
+fn a_cycle_without_forcing_is_followed_to_its_graze_from_far_away() {
+    for (time, length) in [(1.0, 1.0), (1e-3, 1.0), (1e3, 1e-6)] {
+        let (speed, square) = (length / time, length * length);
+        let text = format!(
+            "[model]\nstates = [\"x\", \"v\"]\n\
+             parameters = {{ mu = {:e}, w = {:e}, s = {length:e}, r = 0.8, c = {:e} }}\n\
+             flow = {{ x = \"v\", v = \"-w^2*x + c*(mu - x^2 - v^2/w^2)*v\" }}\n\
+             [[model.surface]]\nname = \"stop\"\nevent = \"s - x\"\nimpact = {{ v = \"-r*v\" }}\n\
+             [grazing]\nsolve_for = \"s\"\nguess = {{ x = {length:e}, v = {:e} }}\n",
+            0.3 * square,
+            1.7 / time,
+            1.0 / (square * time),
+            1e-3 * speed,
+        );
+        let scene = parsed(&text, "cycle", &NONE);
+        let ends = |name: &str| {
+            let found = clear_interval(&scene, index(&scene, name), None).expect("followed");
+            let found = found.expect("a cycle");
+            assert!((found.gap / length - (1.0 - 0.3_f64.sqrt())).abs() < 1e-9, "{}", found.gap);
+            found.ends.map(|end| end.map(|end| end.value()))
+        };
+        let [below, above] = ends("mu");
+        assert_eq!(below, None);
+        assert!((above.expect("a graze") / square - 1.0).abs() < 1e-10, "{above:?}");
+        let [below, above] = ends("s");
+        assert_eq!(above, None);
+        assert!((below.expect("a graze") / length - 0.3_f64.sqrt()).abs() < 1e-10, "{below:?}");
+        assert_eq!(ends("w"), [None, None]);
+    }
+}
+
+/// The largest deflection of an asymmetric van der Pol cycle falls and grows with mu; it is 1.9 at
+/// mu = 1.1762977453 by an integrator of order eight with a root finder.
+#[test]
+fn a_graze_at_twice_the_value_is_no_safe_parameter() {
+    let text = r#"
+[model]
+states = ["x", "v"]
+parameters = { mu = 0.6, q = 0.3, w0 = 1.7, s = 1.9, r = 0.8 }
+flow = { x = "v", v = "mu*(1 - x^2)*v - w0^2*x - q*x^2" }
+[[model.surface]]
+name = "stop"
+event = "s - x"
+impact = { v = "-r*v" }
+[grazing]
+solve_for = "s"
+guess = { x = 2.0, v = 0.0 }
+"#;
+    let scene = parsed(text, "asymmetric", &NONE);
+    // An orbit that is followed from where it was found has its own period, not a multiple.
+    let mut slow = scene.clone();
+    for (name, value) in [("mu", 0.4), ("s", 1.95)] {
+        let number = index(&slow, name);
+        slow.model.parameters[number].value = Dd::from(value);
+    }
+    let first = clear_interval(&slow, index(&slow, "s"), None).expect("followed").expect("a cycle");
+    let found = clear_interval(&slow, index(&slow, "w0"), Some(&first.start)).expect("followed");
+    let ends = found.expect("a cycle").ends;
+    let above = ends[1].as_ref().map(IntervalEnd::value);
+    assert!((above.expect("a graze") - 2.834_194_425_3).abs() < 1e-9, "{ends:?}");
+    for mu in [0.2, 0.6, 1.1] {
+        let mut scene = scene.clone();
+        let number = index(&scene, "mu");
+        scene.model.parameters[number].value = Dd::from(mu);
+        let found = clear_interval(&scene, number, None).expect("followed").expect("a cycle");
+        let Some(IntervalEnd::Graze { value, .. }) = found.ends[1] else { panic!("{found:?}") };
+        assert!(found.gap > 0.0 && (value - 1.176_297_745_3).abs() < 1e-9, "{mu}: {value}");
+    }
+}

@@ -295,7 +295,10 @@ impl LociKeys {
         let passages = map.local().passages();
         let (_, [from, to], at) = self.offsets(map);
         let longest = u8::try_from((DEFAULT_PASSAGES / passages.max(1)).max(1)).ok();
-        let itineraries = itineraries(&self.itineraries, longest, passages)?.into_iter();
+        let mut itineraries = itineraries(&self.itineraries, longest, passages)?;
+        if self.itineraries.is_empty() {
+            itineraries.retain(|itinerary| itinerary.contacts() > 0);
+        }
         let kinds = match self.kind.is_empty() {
             true => LocusKind::LOCAL.to_vec(),
             false => self.kind.clone(),
@@ -305,7 +308,7 @@ impl LociKeys {
             range: parameters.range(plane[0], from, to)?,
             at: parameters.at_beside(&at, &plane)?,
             kinds,
-            itineraries: itineraries.filter(|itinerary| itinerary.contacts() > 0).collect(),
+            itineraries,
             direct: self.method == OrbitsOf::Direct,
         })
     }

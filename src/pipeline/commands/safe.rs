@@ -14,10 +14,7 @@ use crate::analysis::{
 use crate::iteration::OrbitEnd;
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
-use crate::orbit::{
-    IntervalEnd, Location, MarginOutcome, clear_interval, locate, rigid_stops_beyond,
-    watched_margin,
-};
+use crate::orbit::{IntervalEnd, clear_interval, rigid_stops_beyond};
 use crate::pipeline::keys::{KeyError, finite};
 #[cfg(feature = "cli")]
 use crate::pipeline::options::shares;
@@ -35,10 +32,6 @@ const BLOCK: usize = 1024;
 const STARTS: u32 = 16;
 /// Largest number of starts along each axis of the plane of states.
 const MOST_STARTS: u32 = 1000;
-
-/// Distances, in units of that to the nearest graze, at which a graze is looked for on the other
-/// side.
-const OTHER_SIDE: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 
 /// Half-width of the plane of starts, in sizes of a coordinate: its value at the graze or its
 /// amplitude along the grazing orbit. The half-width where both are 0.
@@ -118,12 +111,12 @@ impl SafeKeys {
         PartProgress::announce(progress, parts);
         // The verdict is of the orbit that grazes where the scene's own parameter is adjusted.
         let searched = part(progress);
-        let watch = |share| searched.reach(share);
-        let followed = Followed::new(scene, adjusted, &watch)?;
+        let followed = Followed::new(scene, adjusted)?;
         drop(searched);
         let mut intervals = Vec::new();
         for parameter in listed {
-            intervals.push(followed.interval(scene, parameter, &part(progress))?);
+            let _part = part(progress);
+            intervals.push(followed.interval(scene, parameter)?);
         }
         let tolerance = match tolerances.is_empty() {
             true => None,
@@ -164,41 +157,24 @@ fn part(progress: &dyn Progress) -> PartProgress<'_> {
 /// The orbit whose safety is told.
 struct Followed {
     clears: bool,
-    /// Full state on the orbit; `None` for an autonomous system, whose grazes are searched for.
-    start: Option<Vec<f64>>,
+    /// Full state on the orbit.
+    start: Vec<f64>,
 }
 
 impl Followed {
     /// Orbit that the free flow settles on at a scene's values.
-    fn new(scene: &Scene, adjusted: usize, watch: &dyn Fn(f64)) -> Result<Self, Error> {
-        if scene.model.phase.is_none() {
-            return match watched_margin(scene, &[adjusted], &[1.0], watch)? {
-                MarginOutcome::Found(found) => Ok(Self { clears: found.clears, start: None }),
-                MarginOutcome::NotLocated(reason) => Err(reason.into()),
-            };
-        }
+    fn new(scene: &Scene, adjusted: usize) -> Result<Self, Error> {
         let found = clear_interval(scene, adjusted, None)??;
-        Ok(Self { clears: found.gap >= 0.0, start: Some(found.start) })
+        Ok(Self { clears: found.gap >= 0.0, start: found.start })
     }
 
     /// Interval of a parameter, about the scene's value, in which the orbit neither grazes nor ends
     /// as far as was found.
-    fn interval(
-        &self,
-        scene: &Scene,
-        parameter: usize,
-        progress: &dyn Progress,
-    ) -> Result<SafeInterval, Error> {
+    fn interval(&self, scene: &Scene, parameter: usize) -> Result<SafeInterval, Error> {
         let value = scene.model.parameters[parameter].value.to_f64();
         let name = scene.model.parameters[parameter].name.clone();
         let mut interval = SafeInterval { parameter: name, value, ..SafeInterval::default() };
-        let Some(start) = &self.start else {
-            let found = grazes(scene, parameter, progress)?;
-            interval.below = found.iter().copied().filter(|graze| *graze <= value).reduce(f64::max);
-            interval.above = found.iter().copied().filter(|graze| *graze > value).reduce(f64::min);
-            return Ok(interval);
-        };
-        let [below, above] = clear_interval(scene, parameter, Some(start))??.ends;
+        let [below, above] = clear_interval(scene, parameter, Some(&self.start))??.ends;
         for (end, graze, fold) in [
             (below, &mut interval.below, &mut interval.fold_below),
             (above, &mut interval.above, &mut interval.fold_above),
@@ -226,97 +202,55 @@ impl Followed {
         let mut ends = [own * (1.0 - share), own * (1.0 + share)];
         ends.sort_by(f64::total_cmp);
         let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
-        let mut touched = Vec::new();
+        let (mut touched, mut folds) = (Vec::new(), Vec::new());
         for corner in corners {
-            let part = part(progress);
+            let _part = part(progress);
             let mut scene = scene.clone();
             for &(parameter, value) in corner {
                 scene.model.parameters[parameter].value = Dd::from(value);
             }
-            if let Some(graze) = self.touched(&scene, first, ends, &part)? {
+            if let Some(trouble) = self.first_trouble(&scene, first, ends)? {
                 let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
-                touched.push(Named::new(std::iter::once((name(first), graze)).chain(values)));
+                let own = std::iter::once((name(first), trouble.value()));
+                let listed = match trouble {
+                    IntervalEnd::Graze { .. } => &mut touched,
+                    IntervalEnd::Fold { .. } => &mut folds,
+                };
+                listed.push(Named::new(own.chain(values)));
             }
         }
         let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
-        Ok(ToleranceBox { tolerances: Named::new(tolerances), edges: corners.len(), touched })
+        let tolerances = Named::new(tolerances);
+        Ok(ToleranceBox { tolerances, edges: corners.len(), touched, folds })
     }
 
-    /// Value of a parameter between two ends, the nearest to the scene's one, at which its orbit
-    /// touches the stop, lies beyond it, or ends.
-    fn touched(
+    /// First place between two ends of a parameter at which the scene's orbit is clear no more:
+    /// the nearest at which it touches the stop or lies beyond it, else at which it ends.
+    fn first_trouble(
         &self,
         scene: &Scene,
         parameter: usize,
         ends: [f64; 2],
-        progress: &dyn Progress,
-    ) -> Result<Option<f64>, Error> {
+    ) -> Result<Option<IntervalEnd>, Error> {
         let own = scene.model.parameters[parameter].value.to_f64();
-        let (clears, at) = match &self.start {
-            Some(start) => match clear_interval(scene, parameter, Some(start))? {
-                Ok(found) => {
-                    let at = found.ends.iter().flatten().map(IntervalEnd::value).collect();
-                    (found.gap >= 0.0, at)
-                }
-                Err(_) => (false, Vec::new()),
-            },
-            None => {
-                let at = grazes(scene, parameter, progress)?;
-                let mut adjusted = scene.clone();
-                adjusted.grazing.solve_for = vec![parameter];
-                let outcome = watched_margin(&adjusted, &[parameter], &[1.0], &|_| {})?;
-                let clears = match outcome {
-                    MarginOutcome::Found(found) => found.clears,
-                    MarginOutcome::NotLocated(_) => true,
-                };
-                (clears, at)
-            }
+        let Ok(found) = clear_interval(scene, parameter, Some(&self.start))? else {
+            return Ok(Some(IntervalEnd::Fold { value: own }));
         };
-        let inside = at.into_iter().filter(|value| (ends[0]..=ends[1]).contains(value));
-        let apart = |value: &f64| (value - own).abs();
-        let nearest = inside.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-        Ok(if clears { nearest } else { Some(nearest.unwrap_or(own)) })
-    }
-}
-
-/// Values of a parameter at which the orbit of an autonomous scene grazes, as far as they are
-/// found: those of the search from the scene's own value, and from values on the other side.
-/// Reports each search.
-fn grazes(scene: &Scene, parameter: usize, progress: &dyn Progress) -> Result<Vec<f64>, Error> {
-    progress.expect(1 + OTHER_SIDE.len() as u64);
-    let own = scene.model.parameters[parameter].value;
-    let mut scene = scene.clone();
-    scene.grazing.solve_for = vec![parameter];
-    let mut found = found_from(&scene, parameter)?;
-    progress.advance(1);
-    let is_below = |value: &f64| *value < own.to_f64();
-    let Some(nearest) = found.first().copied() else { return Ok(found) };
-    let distance = nearest - own.to_f64();
-    for times in OTHER_SIDE {
-        if found.iter().any(|value| is_below(value) != is_below(&nearest)) {
-            break;
-        }
-        let start = own.to_f64() - times * distance;
-        if start * own.to_f64() <= 0.0 || distance == 0.0 {
-            break;
-        }
-        scene.model.parameters[parameter].value = Dd::from(start);
-        found.extend(found_from(&scene, parameter)?);
-        progress.advance(1);
-    }
-    Ok(found)
-}
-
-/// Grazing values of the search that begins at a scene's value of a parameter, the nearest first;
-/// of orbits that are those of the oscillator.
-fn found_from(scene: &Scene, parameter: usize) -> Result<Vec<f64>, Error> {
-    match locate(scene) {
-        Ok(Location::Located(orbit)) if orbit.physical(scene).is_ok() => {
-            let own = orbit.parameters()[parameter].to_f64();
-            Ok(std::iter::once(own).chain(orbit.other_grazes.iter().copied()).collect())
-        }
-        Ok(_) => Ok(Vec::new()),
-        Err(error) => Err(error.into()),
+        let is_inside = |end: &IntervalEnd| (ends[0]..=ends[1]).contains(&end.value());
+        let inside = found.ends.into_iter().flatten().filter(is_inside);
+        let order = |end: &IntervalEnd| {
+            (matches!(end, IntervalEnd::Fold { .. }), (end.value() - own).abs())
+        };
+        let nearest = inside.min_by(|a, b| {
+            let (a, b) = (order(a), order(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        Ok(match (found.gap >= 0.0, nearest) {
+            (false, None | Some(IntervalEnd::Fold { .. })) => {
+                Some(IntervalEnd::Graze { value: own, state: found.start })
+            }
+            (_, nearest) => nearest,
+        })
     }
 }
 

@@ -9,7 +9,7 @@ use super::monodromy::{across_flow, full_monodromy, multipliers};
 use super::newton::NewtonFailure;
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, further_graze, in_order};
-use super::search::Search;
+use super::search::{Search, next_minima};
 use super::system::{ExtendedSystem, refine_either, solve_either};
 use crate::model::{Scene, Section, StroboscopicPhase, Symmetry};
 use crate::numeric::{Dd, converted};
@@ -340,17 +340,8 @@ impl<'a> Locator<'a> {
     /// period without a clock.
     fn first_return(&self, guess: &[f64]) -> Result<f64, OrbitError> {
         let (flow, parameters) = (watching(self.scene), self.start_parameters());
-        let surface = self.system.grazes.surfaces[0];
-        let mut horizon = 1.0;
-        while horizon < 1e5 {
-            let gaps = gaps(&flow, guess, &parameters, horizon)?;
-            let mut minima = gaps.between(0.1 * horizon..f64::INFINITY);
-            if let Some(next) = minima.find(|minimum| minimum.surface == surface) {
-                return Ok(next.time);
-            }
-            horizon *= 2.0;
-        }
-        Ok(1.0)
+        let minima = next_minima(&flow, &self.system, guess, &parameters, 1)?;
+        Ok(minima.first().map_or(1.0, |minimum| minimum.time))
     }
 
     /// Chooses between a root of Newton's method and the outcome of a search.

@@ -39,8 +39,8 @@ pub struct Margin {
     pub distance: f64,
     /// Derivative of the distance in every parameter of the model.
     pub sensitivities: Vec<f64>,
-    /// Whether the orbit of the free flow stays clear of the surface at the scene's values; without
-    /// a phase to first order in the change.
+    /// Whether the orbit of the free flow stays clear of the surface at the scene's values; where
+    /// it cannot be followed there, to first order in the change.
     pub clears: bool,
     /// Full state at the graze.
     pub state: Vec<f64>,
@@ -69,8 +69,7 @@ pub enum MarginOutcome {
 /// through it is followed to both sides as far as a nearer point is possible; the result is the
 /// nearest point with a stationary distance, in double-double. Other branches of the curve are not
 /// searched. With one parameter the graze is the nearest of the orbit that the free flow settles on
-/// ([`clear_interval`]), and where it does not graze, or there is no phase, the one that [`locate`]
-/// finds.
+/// ([`clear_interval`]), and where it does not graze, the one that [`locate`] finds.
 ///
 /// ```
 /// use grazemap_map::model::Scene;
@@ -122,10 +121,7 @@ pub fn watched_margin(
         parameters: parameters.to_vec(),
         scales: scales.to_vec(),
     };
-    let interval = match scene.model.phase {
-        Some(_) => clear_interval(scene, parameters[0], None)?.ok(),
-        None => None,
-    };
+    let interval = clear_interval(scene, parameters[0], None)?.ok();
     let mut located = match interval.as_ref().and_then(|interval| search.nearest_of(interval)) {
         Some((value, state)) => {
             let mut there = search.scene.clone();

@@ -9,17 +9,17 @@ use nalgebra::DVector;
 use super::effort::Effort;
 use super::free_flow::{Minimum, gaps, singular, watching};
 use super::grazing_orbit::with_reduced_phase;
-use super::newton::{Equations, Scaled};
+use super::newton::{Equations, Scaled, unit_of};
 use super::outcome::{NamedValues, NotLocated, OrbitError, Stop};
 use super::piecewise::PiecewiseFlow;
-use super::system::{ExtendedSystem, PeriodicFamily, Shooting, solve_either};
+use super::system::{ExtendedSystem, HeldComponent, PeriodicFamily, solve_either};
 use crate::continuation::{
     ContinuationEnd, ContinuationPoint, CurveEquations, Linearised, StepControl, TestValue, apart,
     between, follow, moved, point_on, unit_vector,
 };
 use crate::flow::Step;
 use crate::model::{OrbitContact, Scene};
-use crate::numeric::low_discrepancy;
+use crate::numeric::{converted, low_discrepancy};
 
 /// A search for a graze along the periodic orbits in one parameter.
 pub(super) struct Search<'a> {
@@ -35,6 +35,7 @@ pub(super) struct Search<'a> {
 struct Periodic {
     value: f64,
     start: Vec<f64>,
+    period: f64,
     /// Lowest minimum of the event function. Between the hits of an orbit there may be none; its
     /// value is infinite then.
     lowest: Minimum,
@@ -112,6 +113,12 @@ const SAME_ORBIT: f64 = 1e-6;
 const STATIONARY: f64 = 1e-12;
 /// Largest number of secant steps.
 const TRIALS: usize = 60;
+/// Most doublings of the time in which minima of the gap are looked for, and most Taylor steps of
+/// a flight after which it is doubled.
+const DOUBLINGS: usize = 60;
+const MOST_STEPS: usize = 10_000;
+/// Time of a minimum, relative to the time between minima, that is one at the start itself.
+const AT_START: f64 = 0.1;
 /// Newton's method on the extended system is tried if the lowest `h` is within this part of its
 /// range.
 const NEAR: f64 = 0.2;
@@ -136,13 +143,13 @@ impl<'a> Search<'a> {
     pub(super) fn run(&self, start: &[f64], value: f64) -> Result<Met, Stop<NotLocated>> {
         let near = match self.scene.grazing.guess {
             None if self.system.flow.hits() => self.commonest(start, value),
-            _ => self.periodic(value, start),
+            _ => self.periodic(value, start, 0.0),
         };
         let first = match near {
             Some(orbit) => orbit,
             None => {
                 let (settled, change) = self.settle(start, value);
-                let orbit = self.periodic(value, &settled);
+                let orbit = self.periodic(value, &settled, 0.0);
                 orbit.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, change)))?
             }
         };
@@ -197,7 +204,7 @@ impl<'a> Search<'a> {
     /// State of the free flow after many periods, and its change in the last period.
     fn settle(&self, start: &[f64], value: f64) -> (Vec<f64>, f64) {
         let (parameters, states) = (self.parameters(value), self.system.states);
-        let period = self.system.period(&self.unknowns(start, value));
+        let period = self.forced_period(start, value);
         let mut state = start.to_vec();
         let mut change = f64::NAN;
         for _ in 0..SETTLING {
@@ -209,7 +216,7 @@ impl<'a> Search<'a> {
             next[states..].copy_from_slice(&start[states..]);
             change = next.iter().zip(&state).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             state = next;
-            if change < SETTLED * self.system.length(&self.unknowns(&state, value)) {
+            if change < SETTLED * self.system.length(&self.unknowns(&state, value, period)) {
                 break;
             }
         }
@@ -222,7 +229,7 @@ impl<'a> Search<'a> {
     /// begins at the phase of `start`.
     fn commonest(&self, start: &[f64], value: f64) -> Option<Periodic> {
         let (states, parameters) = (self.system.states, self.parameters(value));
-        let period = self.system.period(&self.unknowns(start, value));
+        let period = self.forced_period(start, value);
         let (settled, _) = self.settle(start, value);
         let mut ends = vec![[f64::INFINITY, f64::NEG_INFINITY]; states];
         let look = |_: f64, _: f64, state: &[f64], _: &Step<'_, f64>| -> Option<()> {
@@ -244,7 +251,7 @@ impl<'a> Search<'a> {
         for state in [start.to_vec()].into_iter().chain(spread) {
             let (settled, _) = self.settle(&state, value);
             let near = |orbit: &Periodic| apart(&orbit.start, &settled) < NEAR_SETTLED;
-            let orbit = self.periodic(value, &settled);
+            let orbit = self.periodic(value, &settled, period);
             let fits = |orbit: &Periodic| near(orbit) && self.hits_as_named(orbit);
             let Some(orbit) = orbit.filter(fits) else {
                 continue;
@@ -262,8 +269,7 @@ impl<'a> Search<'a> {
     /// The orbit from a start in the middle of its longest stretch without a hit: while the
     /// parameter changes, no hit then passes the phase of the start soon.
     fn between_hits(&self, orbit: &Periodic) -> Option<Periodic> {
-        let parameters = self.parameters(orbit.value);
-        let period = self.system.period(&self.unknowns(&orbit.start, orbit.value));
+        let (parameters, period) = (self.parameters(orbit.value), orbit.period);
         let events = self.system.events(&orbit.start, &parameters, period).ok()?;
         let mut times: Vec<f64> = events.iter().map(|event| event.time).collect();
         let Some(first) = times.first().copied() else { return Some(orbit.clone()) };
@@ -271,7 +277,7 @@ impl<'a> Search<'a> {
         let longest = times.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
         let middle = 0.5 * (longest[0] + longest[1]) % period;
         let start = self.system.flow(&orbit.start, &parameters, middle).ok()?;
-        self.periodic(orbit.value, &with_reduced_phase(self.scene, start))
+        self.periodic(orbit.value, &with_reduced_phase(self.scene, start), period)
     }
 
     /// Whether an orbit hits the surfaces that the scene names, in that order from any of them.
@@ -282,8 +288,7 @@ impl<'a> Search<'a> {
             OrbitContact::Graze(_) => None,
         });
         let mut named: Vec<usize> = named.collect();
-        let parameters = self.parameters(orbit.value);
-        let period = self.system.period(&self.unknowns(&orbit.start, orbit.value));
+        let (parameters, period) = (self.parameters(orbit.value), orbit.period);
         let Ok(events) = self.system.events(&orbit.start, &parameters, period) else {
             return false;
         };
@@ -297,24 +302,52 @@ impl<'a> Search<'a> {
             })
     }
 
-    /// Periodic orbit near a full state, with the same phase.
-    fn periodic(&self, value: f64, start: &[f64]) -> Option<Periodic> {
-        let (states, parameters) = (self.system.states, self.parameters(value));
-        let shooting = Shooting::new(self.system, *start.get(states)?, &parameters);
-        let (length, units) = self.system.state_units(&self.unknowns(start, value));
-        let scaled = Scaled { equations: &shooting, residual_units: units.clone(), units, length };
-        let Ok(Ok(root)) = scaled.solve(&start[..states], 1e-9) else {
+    /// Periodic orbit near a full state, with the same phase. `period` is a guess of its period,
+    /// used only without a phase.
+    fn periodic(&self, value: f64, start: &[f64], period: f64) -> Option<Periodic> {
+        let unknowns = self.unknowns(start, value, period);
+        let (length, residual_units) = self.system.state_units(&unknowns);
+        let held = HeldComponent::of(self.system, &unknowns, &residual_units);
+        let fixed = self.system.with(&converted(&self.parameters(value)), &[]);
+        let equations = PeriodicFamily::new(&fixed, held);
+        let units = self.units(held, &residual_units, period, None);
+        let scaled = Scaled { equations: &equations, residual_units, units, length };
+        let start = fixed.assemble(start, period, &[], &[]);
+        let Ok(Ok(root)) = scaled.solve(&held.remove(start), 1e-9) else {
             return None;
         };
-        let mut full = start.to_vec();
-        full[..states].copy_from_slice(&root);
-        self.described(value, full)
+        self.described(value, held.insert(&root))
     }
 
-    /// Periodic orbit through a full state, with its lowest point.
-    fn described(&self, value: f64, full: Vec<f64>) -> Option<Periodic> {
+    /// Units of the unknowns of a family: those of the states, of a period, and of the parameter if
+    /// it is free.
+    fn units(
+        &self,
+        held: HeldComponent,
+        states: &[f64],
+        period: f64,
+        parameter: Option<f64>,
+    ) -> Vec<f64> {
+        // The phase has no unit of its own, and is no unknown.
+        let mut units = states.to_vec();
+        units.resize(self.system.dimension, 1.0);
+        let autonomous = self.scene.model.phase.is_none();
+        units.extend(autonomous.then(|| unit_of(period)).into_iter().chain(parameter));
+        held.remove(units)
+    }
+
+    /// Periodic orbit through unknowns of the extended system, with its lowest point; `None` if it
+    /// is at rest.
+    fn described(&self, value: f64, mut full: Vec<f64>) -> Option<Periodic> {
         let parameters = self.parameters(value);
-        let period = self.system.period(&self.unknowns(&full, value));
+        let period = match self.scene.model.phase {
+            Some(_) => self.forced_period(&full, value),
+            None => full[self.system.dimension],
+        };
+        full.truncate(self.system.dimension);
+        if !(period > 0.0 && period.is_finite()) {
+            return None;
+        }
         let gaps = gaps(&self.watching, &full, &parameters, period).ok()?;
         self.system.counted(gaps.steps, period);
         let beyond = gaps.beyond().is_some_and(|(surface, _)| surface == self.surface);
@@ -340,7 +373,14 @@ impl<'a> Search<'a> {
             true => lowest.unwrap_or_else(none),
             false => lowest?,
         };
-        Some(Periodic { value, start: full, lowest, largest: gaps.largest[self.surface], beyond })
+        Some(Periodic {
+            value,
+            start: full,
+            period,
+            lowest,
+            largest: gaps.largest[self.surface],
+            beyond,
+        })
     }
 
     /// Newton's method on the extended system from an orbit's lowest point, if that is near the
@@ -354,8 +394,11 @@ impl<'a> Search<'a> {
 
     /// Newton's method on the extended system from an orbit's lowest point.
     fn touch_from(&self, orbit: &Periodic) -> Result<Option<Vec<f64>>, OrbitError> {
-        let Ok(root) =
-            solve_either(self.system, &self.unknowns(&orbit.lowest.state, orbit.value), 1e-9)?
+        let Ok(root) = solve_either(
+            self.system,
+            &self.unknowns(&orbit.lowest.state, orbit.value, orbit.period),
+            1e-9,
+        )?
         else {
             return Ok(None);
         };
@@ -379,7 +422,7 @@ impl<'a> Search<'a> {
             None => 1e-3 * scale,
         };
         for _ in 0..12 {
-            if let Some(next) = self.periodic(orbit.value + step, &orbit.start) {
+            if let Some(next) = self.periodic(orbit.value + step, &orbit.start, orbit.period) {
                 return Some(next);
             }
             step *= 0.5;
@@ -393,8 +436,14 @@ impl<'a> Search<'a> {
         parameters
     }
 
-    fn unknowns(&self, state: &[f64], value: f64) -> Vec<f64> {
-        self.system.assemble(state, 0.0, &[], &self.parameters(value))
+    /// Unknowns of the extended system; `period` is used only without a phase.
+    fn unknowns(&self, state: &[f64], value: f64, period: f64) -> Vec<f64> {
+        self.system.assemble(state, period, &[], &self.parameters(value))
+    }
+
+    /// Period of orbits of a system with a phase; 0 without one.
+    fn forced_period(&self, state: &[f64], value: f64) -> f64 {
+        self.system.period(&self.unknowns(state, value, 0.0))
     }
 
     fn name(&self) -> String {
@@ -402,7 +451,7 @@ impl<'a> Search<'a> {
     }
 
     fn no_orbit(&self, start: &[f64], value: f64, change: f64) -> NotLocated {
-        let period = self.system.period(&self.unknowns(start, value));
+        let period = self.forced_period(start, value);
         let stops = || singular(self.scene, start, &self.parameters(value), period);
         let singular = if change.is_nan() { stops() } else { None };
         let surfaces = self.scene.grazing.hits.surfaces.iter();
@@ -471,12 +520,11 @@ fn value_at(point: &FamilyPoint) -> f64 {
 /// The curve of periodic orbits through one of them, with the units of its unknowns.
 struct Family<'a> {
     search: &'a Search<'a>,
-    equations: PeriodicFamily<'a>,
+    equations: PeriodicFamily,
+    held: HeldComponent,
     units: Vec<f64>,
     residual_units: Vec<f64>,
     length: f64,
-    /// Full state of the initial orbit; all orbits have its phase.
-    start: Vec<f64>,
     /// Error that ends the curve.
     error: Option<OrbitError>,
 }
@@ -550,11 +598,9 @@ impl CurveEquations<f64> for Family<'_> {
 
     /// Adds the orbit.
     fn complete(&mut self, point: &mut FamilyPoint) -> bool {
-        let states = self.search.system.states;
-        let values = self.system().without_units(&point.unknowns);
-        let mut full = self.start.clone();
-        full[..states].copy_from_slice(&values[..states]);
-        point.linearised.extra = self.search.described(values[states], full);
+        let mut values = self.system().without_units(&point.unknowns);
+        let value = values.pop().unwrap_or(f64::NAN);
+        point.linearised.extra = self.search.described(value, self.held.insert(&values));
         point.linearised.extra.is_some()
     }
 
@@ -613,6 +659,48 @@ impl Search<'_> {
     }
 }
 
+/// Minima of a surface's event function that follow a full state along a [`watching`] flow, at
+/// least `count` of them if there are as many; one at the state itself is left out.
+///
+/// The time in which they come is not known: it is doubled from the time that the fastest component
+/// takes. A flow that ends before has those until then.
+pub(super) fn next_minima(
+    flow: &PiecewiseFlow,
+    system: &ExtendedSystem,
+    start: &[f64],
+    parameters: &[f64],
+    count: usize,
+) -> Result<Vec<Minimum>, OrbitError> {
+    let surface = system.grazes.surfaces[0];
+    let largest =
+        |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let rates = system.geometry(0).at(start, parameters).flow();
+    let mut horizon = largest(start) / largest(&rates);
+    if !(horizon > 0.0 && horizon.is_finite()) {
+        horizon = 1.0;
+    }
+    let mut found: Vec<Minimum> = Vec::new();
+    for _ in 0..DOUBLINGS {
+        let gaps = match gaps(flow, start, parameters, horizon) {
+            Ok(gaps) => gaps,
+            Err(OrbitError::Flow(_)) => break,
+            Err(error) => return Err(error),
+        };
+        system.counted(gaps.steps, horizon);
+        system.check_limit()?;
+        found = gaps.minima;
+        found.retain(|minimum| minimum.surface == surface);
+        if found.len() > count + 1 || gaps.steps > MOST_STEPS {
+            break;
+        }
+        horizon *= 2.0;
+    }
+    let last = found.last().map_or(0.0, |minimum| minimum.time);
+    let at_start = AT_START * last / found.len() as f64;
+    found.retain(|minimum| minimum.time > at_start);
+    Ok(found)
+}
+
 /// Scale for changes of a parameter.
 fn scale(value: f64) -> f64 {
     value.abs().max(0.1)
@@ -622,22 +710,21 @@ impl<'a> Family<'a> {
     /// The curve through an orbit, with a unit of the parameter.
     fn through(search: &'a Search<'a>, first: &Periodic, unit: f64) -> Self {
         let system = search.system;
-        let unknowns = search.unknowns(&first.start, first.value);
+        let unknowns = search.unknowns(&first.start, first.value, first.period);
         let (length, residual_units) = system.state_units(&unknowns);
-        let mut units = residual_units.clone();
-        units.push(unit);
+        let held = HeldComponent::of(system, &unknowns, &residual_units);
         Self {
-            equations: PeriodicFamily::new(system, first.start[system.states]),
+            equations: PeriodicFamily::new(system, held),
+            held,
             search,
-            units,
+            units: search.units(held, &residual_units, first.period, Some(unit)),
             residual_units,
             length,
-            start: first.start.clone(),
             error: None,
         }
     }
 
-    fn system(&self) -> Scaled<'_, PeriodicFamily<'a>> {
+    fn system(&self) -> Scaled<'_, PeriodicFamily> {
         Scaled {
             equations: &self.equations,
             units: self.units.clone(),
@@ -661,7 +748,8 @@ impl<'a> Family<'a> {
     /// Unknowns of an orbit, and the direction in which the parameter changes.
     fn start(&self, first: &Periodic, side: f64) -> [Vec<f64>; 2] {
         let states = self.search.system.states;
-        let unknowns = [&first.start[..states], &[first.value]].concat();
+        let unknowns = self.search.unknowns(&first.start, first.value, first.period);
+        let unknowns = self.held.remove(unknowns);
         let mut along = unit_vector(states + 1, states);
         along[states] = side;
         [self.system().in_units(&unknowns), along]

@@ -6,7 +6,7 @@
 //! symmetric orbit closes after half its period on its mirror image, `φ_{T/2}(X) + X = 0`. Closure
 //! is imposed at the end or, from both sides, in the middle. See docs/mathematics/orbit.md.
 //!
-//! [`Shooting`] is closure without the grazes, from a fixed phase and at fixed parameters.
+//! [`PeriodicFamily`] is closure without the grazes.
 
 use std::f64::consts::TAU;
 
@@ -40,6 +40,9 @@ const AT_REST: f64 = 1e-12;
 const FAR_SMALLER: f64 = 1e-3;
 /// Step along the flow, relative to `T/2π`, for the change of the states' rates.
 const AHEAD: f64 = 1e-6;
+
+/// Rate of a held component, relative to the largest, below which another one is held.
+const OBLIQUE: f64 = 0.2;
 
 /// Closure and grazes as equations in the unknowns (full state, period of an autonomous system,
 /// graze times, free parameters).
@@ -311,6 +314,13 @@ impl ExtendedSystem {
         (length, (0..self.states).map(unit).collect())
     }
 
+    /// Sizes of the states' rates, in units.
+    fn rates_in_units(&self, unknowns: &[f64], units: &[f64]) -> Vec<f64> {
+        let state = &unknowns[..self.dimension];
+        let rates = self.geometries[0].at(state, &self.parameters(unknowns)).flow();
+        rates.iter().zip(units).map(|(rate, unit)| (rate / unit).abs()).collect()
+    }
+
     /// Unit of the gap and of its rate at a passage, in units of the states.
     fn touch_units(&self, unknowns: &[f64], units: &[f64], length: f64) -> Vec<f64> {
         if units.iter().all(|unit| *unit == length) {
@@ -509,68 +519,82 @@ impl Equations for ExtendedSystem {
     }
 }
 
-/// Closure of the period as equations in the states, at a fixed phase and fixed parameters.
+/// The component of the full state that all orbits of a family have alike at their start: the
+/// phase, or without one the component that changes fastest there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct HeldComponent {
+    place: usize,
+    value: f64,
+}
+
+impl HeldComponent {
+    /// Component of an orbit through a full state, in units of the states.
+    pub(super) fn of(system: &ExtendedSystem, unknowns: &[f64], units: &[f64]) -> Self {
+        let state = &unknowns[..system.dimension];
+        let place = match system.phase_advance {
+            Some(_) => system.states,
+            None => {
+                let rates = system.rates_in_units(unknowns, units).into_iter().enumerate();
+                rates.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(place, _)| place)
+            }
+        };
+        Self { place, value: state[place] }
+    }
+
+    /// Inserts the component among the unknowns of a family.
+    pub(super) fn insert<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
+        let (before, after) = unknowns.split_at(self.place);
+        [before, &[S::from_f64(self.value)], after].concat()
+    }
+
+    /// Removes the component from unknowns of the extended system.
+    pub(super) fn remove(&self, mut unknowns: Vec<f64>) -> Vec<f64> {
+        unknowns.remove(self.place);
+        unknowns
+    }
+
+    /// Whether a flow passes the value at so small an angle that another component is to be held:
+    /// its rate there, in units, is far from the largest.
+    pub(super) fn is_oblique(
+        &self,
+        system: &ExtendedSystem,
+        unknowns: &[f64],
+        units: &[f64],
+    ) -> bool {
+        let rates = system.rates_in_units(unknowns, units);
+        let largest = rates.iter().copied().fold(0.0, f64::max);
+        system.phase_advance.is_none() && rates[self.place] < OBLIQUE * largest
+    }
+}
+
+/// Closure of the period as equations in the states but the [held](HeldComponent) one, the period
+/// of an autonomous system, and the free parameters of a system of one graze.
+///
+/// Without a free parameter its solutions are single orbits; with one there is one equation fewer
+/// than unknowns, and they form the curve of periodic orbits.
 #[derive(Clone, Debug)]
-pub(super) struct Shooting {
-    fixed: ExtendedSystem,
-    phase: f64,
+pub(super) struct PeriodicFamily {
+    system: ExtendedSystem,
+    held: HeldComponent,
 }
 
-impl Shooting {
-    /// Closure from this phase at these parameters, for a system of one graze.
-    pub(super) fn new(system: &ExtendedSystem, phase: f64, parameters: &[f64]) -> Self {
-        Self { fixed: system.with(&converted(parameters), &[]), phase }
+impl PeriodicFamily {
+    /// Orbits of a system with this component held.
+    pub(super) fn new(system: &ExtendedSystem, held: HeldComponent) -> Self {
+        Self { system: system.clone(), held }
     }
 }
 
-impl Equations for Shooting {
-    fn linearised(&self, states: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
-        let count = states.len();
-        let start: Vec<f64> = states.iter().copied().chain([self.phase]).collect();
-        let (residual, jacobian) = self.fixed.differentiate(&start)?;
-        Ok((residual[..count].to_vec(), jacobian.view((0, 0), (count, count)).into_owned()))
-    }
-
-    fn residual<S: Real>(&self, states: &[S]) -> Result<Vec<S>, OrbitError> {
-        let start: Vec<S> = states.iter().copied().chain([S::from_f64(self.phase)]).collect();
-        let mut residual = self.fixed.evaluate(&start)?;
-        residual.truncate(states.len());
-        Ok(residual)
-    }
-}
-
-/// Closure of the period from a fixed phase, as equations in the states and the free parameter of a
-/// system of one graze. There is one equation fewer than unknowns; the solutions form the curve of
-/// periodic orbits.
-#[derive(Clone, Debug)]
-pub(super) struct PeriodicFamily<'a> {
-    system: &'a ExtendedSystem,
-    phase: f64,
-}
-
-impl<'a> PeriodicFamily<'a> {
-    /// Closure from this phase.
-    pub(super) fn new(system: &'a ExtendedSystem, phase: f64) -> Self {
-        Self { system, phase }
-    }
-
-    /// Unknowns of the extended system, with the phase inserted.
-    fn full<S: Real>(&self, unknowns: &[S]) -> Vec<S> {
-        let (states, parameter) = unknowns.split_at(self.system.states);
-        [states, &[S::from_f64(self.phase)], parameter].concat()
-    }
-}
-
-impl Equations for PeriodicFamily<'_> {
+impl Equations for PeriodicFamily {
     fn linearised(&self, unknowns: &[f64]) -> Result<(Vec<f64>, DMatrix<f64>), OrbitError> {
         let count = self.system.states;
-        let (residual, jacobian) = self.system.differentiate(&self.full(unknowns))?;
-        let closure = jacobian.rows(0, count).into_owned().remove_column(count);
+        let (residual, jacobian) = self.system.differentiate(&self.held.insert(unknowns))?;
+        let closure = jacobian.rows(0, count).into_owned().remove_column(self.held.place);
         Ok((residual[..count].to_vec(), closure))
     }
 
     fn residual<S: Real>(&self, unknowns: &[S]) -> Result<Vec<S>, OrbitError> {
-        let mut residual = self.system.evaluate(&self.full(unknowns))?;
+        let mut residual = self.system.evaluate(&self.held.insert(unknowns))?;
         residual.truncate(self.system.states);
         Ok(residual)
     }

@@ -268,9 +268,10 @@ mod tests {
             row(1.75, Some(MomentEvent::Release)),
             // The first contact, a period later.
             row(1.9, Some(MomentEvent::Contact)),
+            row(2.2, Some(MomentEvent::Release)),
         ];
-        assert!((contact_time(&rows) - 0.55).abs() < 1e-15);
-        assert_eq!(contact_time(&rows[2..3]), 0.0);
+        assert!((contact_time(&rows, 2.0) - 0.55).abs() < 1e-15);
+        assert_eq!(contact_time(&rows[2..3], 2.0), 0.0);
     }
 
     #[test]

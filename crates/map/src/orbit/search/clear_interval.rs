@@ -2,12 +2,13 @@
 //! orbit is followed to both sides, to its first graze or fold.
 
 use super::{
-    FAR, Family, FamilyPoint, Graze, HALVINGS, NEAR_SETTLED, Periodic, STEPS, Search, Visit,
-    lowest, scale, value_at,
+    FAR, Family, FamilyPoint, Graze, HALVINGS, NEAR_SETTLED, Periodic, SAME_ORBIT, SETTLED,
+    SETTLING, STEPS, Search, Visit, lowest, next_minima, scale, value_at,
 };
 use crate::continuation::{StepControl, apart, dot, point_on};
 use crate::model::Scene;
 use crate::orbit::effort::Effort;
+use crate::orbit::free_flow::Minimum;
 use crate::orbit::grazing_orbit::Grazes;
 use crate::orbit::outcome::{NotLocated, OrbitError, Stop, settled};
 use crate::orbit::system::ExtendedSystem;
@@ -60,15 +61,12 @@ impl IntervalEnd {
 /// # Errors
 ///
 /// As [`locate`](crate::orbit::locate); [`OrbitError::AutonomousWithoutGuess`] for a model without
-/// a phase, whose orbits are not followed in this way.
+/// a phase where neither is given.
 pub fn clear_interval(
     scene: &Scene,
     parameter: usize,
     start: Option<&[f64]>,
 ) -> Result<Result<ClearInterval, NotLocated>, OrbitError> {
-    if scene.model.phase.is_none() {
-        return Err(OrbitError::AutonomousWithoutGuess);
-    }
     let mut scene = scene.clone();
     scene.grazing.solve_for = vec![parameter];
     let base = scene.model.parameter_values();
@@ -80,7 +78,11 @@ pub fn clear_interval(
     let near = start.map(<[f64]>::to_vec).or_else(|| scene.grazing.guess.clone());
     let (is_near, value) = (near.is_some(), base[parameter].to_f64());
     let search = Search::new(&scene, &settling, parameter);
-    let first = search.nominal(&near.unwrap_or_else(rest), value, is_near);
+    let first = match (scene.model.phase.is_some(), &near) {
+        (true, _) => search.nominal(&near.unwrap_or_else(rest), value, is_near),
+        (false, Some(near)) => search.cycle(near, value),
+        (false, None) => return Err(OrbitError::AutonomousWithoutGuess),
+    };
     let first = match settled(first)? {
         Ok(first) => first,
         Err(reason) => return Ok(Err(reason)),
@@ -89,14 +91,20 @@ pub fn clear_interval(
     for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
         let system = limited();
         let search = Search::new(&scene, &system, parameter);
-        let mut family = Family::through(&search, &first, search.unit(&first)?);
-        let mut visit = FirstEnd { first: &first, before: None, found: None };
-        family.follow(&first, side, &STEPS_TO_END, &mut visit);
-        *end = match family.error {
-            None => visit.found,
-            Some(OrbitError::SearchTooLong) => None,
-            Some(error) => return Err(error),
-        };
+        let mut visit = FirstEnd { first: &first, before: None, turned: None, found: None };
+        let (mut from, mut side) = (first.clone(), side);
+        for _ in 0..MOST_TURNS {
+            let mut family = Family::through(&search, &from, search.unit(&first)?);
+            family.follow(&from, side, &STEPS_TO_END, &mut visit);
+            match family.error {
+                None | Some(OrbitError::SearchTooLong) => {}
+                Some(error) => return Err(error),
+            }
+            let Some(turned) = visit.turned.take() else { break };
+            (from, side) = turned;
+            visit.before = None;
+        }
+        *end = visit.found;
     }
     Ok(Ok(ClearInterval { start: first.start, gap: first.lowest.event, ends }))
 }
@@ -107,6 +115,15 @@ const STEPS_TO_END: StepControl = StepControl { first: 0.01 * STEPS.first, most:
 const CHANGE: f64 = 0.05;
 /// Longest period along an interval, in that at its value: a frequency falls no lower.
 const SLOWEST: f64 = 20.0;
+/// Most times that another component of the state is held on the way to an end.
+const MOST_TURNS: usize = 50;
+/// Returns to a minimum of the gap among which a period is looked for.
+const RETURNS: usize = 8;
+/// Distance from a state of the return after a period, relative to that of the nearest one.
+const AS_NEAR: f64 = 2.0;
+/// Range of the gap along a cycle, relative to that of the scene's, below which it shrinks to a
+/// point.
+const SHRUNK: f64 = 1e-3;
 /// Largest number of halvings at a fold.
 const FOLD_HALVINGS: usize = 40;
 
@@ -119,7 +136,7 @@ impl Search<'_> {
         value: f64,
         is_near: bool,
     ) -> Result<Periodic, Stop<NotLocated>> {
-        let near = || self.periodic(value, start);
+        let near = || self.periodic(value, start, 0.0);
         let first = match is_near {
             true => near(),
             false if self.system.flow.hits() => self.commonest(start, value),
@@ -129,11 +146,50 @@ impl Search<'_> {
             return Ok(orbit);
         }
         let (settled, change) = self.settle(start, value);
-        let reach = NEAR_SETTLED * self.system.length(&self.unknowns(&settled, value));
-        let orbit = self.periodic(value, &settled);
+        let reach = NEAR_SETTLED * self.system.length(&self.unknowns(&settled, value, 0.0));
+        let orbit = self.periodic(value, &settled, 0.0);
         let orbit = orbit.filter(|orbit| apart(&orbit.start, &settled) < reach);
         let orbit = orbit.or_else(near);
         orbit.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, change)))
+    }
+
+    /// Periodic orbit without a phase: the one near a full state, or if there is none, the one that
+    /// the flow settles on from there. It starts at its lowest point.
+    fn cycle(&self, start: &[f64], value: f64) -> Result<Periodic, Stop<NotLocated>> {
+        let mut found = self.cycle_near(start, value)?;
+        if found.is_none() {
+            let mut state = start.to_vec();
+            for _ in 0..SETTLING / RETURNS {
+                let minima = self.next_minima(&state, value)?;
+                let Some(last) = minima.last() else { break };
+                let length = self.system.length(&self.unknowns(&last.state, value, last.time));
+                state.clone_from(&last.state);
+                let mut others = minima.iter().rev().skip(1);
+                if others.any(|other| apart(&other.state, &state) < SETTLED * length) {
+                    break;
+                }
+            }
+            found = self.cycle_near(&state, value)?;
+        }
+        let lowest = found.and_then(|orbit| {
+            self.periodic(value, &orbit.lowest.state, orbit.period).or(Some(orbit))
+        });
+        lowest.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, f64::INFINITY)))
+    }
+
+    /// Periodic orbit without a phase near a full state.
+    fn cycle_near(&self, start: &[f64], value: f64) -> Result<Option<Periodic>, OrbitError> {
+        let minima = self.next_minima(start, value)?;
+        let away = |minimum: &Minimum| apart(&minimum.state, start);
+        let nearest = minima.iter().map(away).fold(f64::INFINITY, f64::min);
+        let first = minima.first().map_or(0.0, |minimum| minimum.time);
+        let same = SAME_ORBIT * self.system.length(&self.unknowns(start, value, first));
+        let returned = minima.iter().find(|minimum| away(minimum) <= AS_NEAR * nearest + same);
+        Ok(returned.and_then(|minimum| self.periodic(value, start, minimum.time)))
+    }
+
+    fn next_minima(&self, start: &[f64], value: f64) -> Result<Vec<Minimum>, OrbitError> {
+        next_minima(&self.watching, self.system, start, &self.parameters(value), RETURNS)
     }
 
     /// Unit of the parameter at an orbit: its size, or if that is larger, the change that moves the
@@ -153,7 +209,7 @@ impl Search<'_> {
         });
         let local = self.system.geometry(0).at(&orbit.lowest.state, &self.parameters(orbit.value));
         let slope = local.event_gradient()[self.system.dimension + self.parameter].abs();
-        let by_gap = (orbit.largest - orbit.lowest.event) / slope;
+        let by_gap = extent(orbit) / slope;
         let natural = by_states.min(by_gap);
         Ok(match natural.is_finite() {
             true => size.max(natural),
@@ -167,6 +223,9 @@ struct FirstEnd<'a> {
     first: &'a Periodic,
     /// Last point but two.
     before: Option<FamilyPoint>,
+    /// Orbit from which the curve goes on with another component held, and the sign of the change
+    /// of the parameter.
+    turned: Option<(Periodic, f64)>,
     found: Option<IntervalEnd>,
 }
 
@@ -174,7 +233,7 @@ impl Visit for FirstEnd<'_> {
     fn may_pass(&self, [here, next]: [&FamilyPoint; 2]) -> bool {
         let Some(orbit) = &here.linearised.extra else { return false };
         let change = (lowest(next) - lowest(here)).abs();
-        change <= CHANGE * (orbit.largest - orbit.lowest.event)
+        change <= CHANGE * extent(orbit)
             || !change.is_finite()
             || apart(&here.unknowns, &next.unknowns) < CHANGE * STEPS.first
     }
@@ -194,13 +253,23 @@ impl Visit for FirstEnd<'_> {
         }
         let parameter = family.search.system.states;
         if next.tangent[parameter] * here.tangent[parameter] < 0.0 {
-            self.found = Some(IntervalEnd::Fold { value: family.fold([here, next]) });
+            // A cycle that shrinks to a point turns back as its own mirror image: no fold.
+            let shrinks = |orbit: &Periodic| extent(orbit) < SHRUNK * extent(self.first);
+            let fold = family.fold([here, next]).filter(|orbit| !shrinks(orbit));
+            self.found = fold.map(|orbit| IntervalEnd::Fold { value: orbit.value });
             return true;
         }
-        let [period, first] = [orbit, self.first].map(|orbit| family.period(orbit));
-        orbit.value * self.first.value < 0.0
+        if orbit.value * self.first.value < 0.0
             || (orbit.value - self.first.value).abs() > FAR * family.units[parameter]
-            || !(0.0..SLOWEST * first).contains(&period)
+            || !(0.0..SLOWEST * self.first.period).contains(&orbit.period)
+        {
+            return true;
+        }
+        let is_oblique = family.is_oblique(orbit);
+        if is_oblique {
+            self.turned = Some((orbit.clone(), next.tangent[parameter].signum()));
+        }
+        is_oblique
     }
 }
 
@@ -221,9 +290,10 @@ impl Family<'_> {
         found
     }
 
-    fn period(&self, orbit: &Periodic) -> f64 {
-        let Search { system, .. } = self.search;
-        system.period(&self.search.unknowns(&orbit.start, orbit.value))
+    /// Whether another component is to be held on the way to the next orbits.
+    fn is_oblique(&self, orbit: &Periodic) -> bool {
+        let unknowns = self.search.unknowns(&orbit.start, orbit.value, orbit.period);
+        self.held.is_oblique(self.search.system, &unknowns, &self.residual_units)
     }
 
     /// Orbit between three others at which the lowest `h` has another sign, where a parabola
@@ -254,8 +324,8 @@ impl Family<'_> {
         (sign * lowest(&middle) < 0.0).then_some(middle)
     }
 
-    /// Value of the parameter at the fold between two points of the curve.
-    fn fold(&mut self, ends: [&FamilyPoint; 2]) -> f64 {
+    /// Orbit at the fold between two points of the curve.
+    fn fold(&mut self, ends: [&FamilyPoint; 2]) -> Option<Periodic> {
         let last = self.search.system.states;
         let mut ends = ends.map(Clone::clone);
         for _ in 0..FOLD_HALVINGS {
@@ -263,6 +333,12 @@ impl Family<'_> {
                 break;
             }
         }
-        value_at(&ends[0])
+        let [at, _] = ends;
+        at.linearised.extra
     }
+}
+
+/// Range of the gap along an orbit.
+fn extent(orbit: &Periodic) -> f64 {
+    orbit.largest - orbit.lowest.event
 }
