@@ -58,6 +58,12 @@ pub enum KeyError {
         /// Number given.
         value: f64,
     },
+    /// A tolerance is a share of a value that is 0.
+    #[error("tolerance of {name} is a share of its value in the scene, which is 0")]
+    ShareOfZero {
+        /// Name of the parameter.
+        name: String,
+    },
     /// A number is not in its range.
     #[error("{key} must be from {} to {}, found {}", .range[0], .range[1], Shown(*.value))]
     Outside {
@@ -187,7 +193,7 @@ impl KeyError {
             Self::Outside { .. } | Self::BothGiven { .. } => true,
             Self::NotAPlane { .. } | Self::NoAxis { .. } | Self::NotNearest { .. } => true,
             Self::Decreasing { .. } | Self::Negative { .. } | Self::Reversed { .. } => true,
-            Self::Varies { .. } | Self::Needs { .. } => true,
+            Self::Varies { .. } | Self::Needs { .. } | Self::ShareOfZero { .. } => true,
             Self::StartsOfMap => true,
             Self::NotTwoAxes { .. } | Self::AlreadyAdjusted { .. } => false,
             Self::NoParameter | Self::Itinerary(_) => false,

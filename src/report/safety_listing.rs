@@ -29,6 +29,14 @@ pub struct SafetyListing {
     pub surface: String,
     /// Whether the orbit of the free flight is clear of the stop at the scene's values.
     pub clears: bool,
+    /// Whether the orbit is unstable at the scene's values: a motion leaves it.
+    pub unstable: bool,
+    /// Another stop beyond which the orbit goes at the scene's values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub through: Option<String>,
+    /// Other stops, which intervals and boxes do not count.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub others: Vec<String>,
     /// Intervals without contact, one per parameter.
     pub intervals: Vec<SafeInterval>,
     /// Box of tolerances; `None` if none was asked for.
@@ -171,10 +179,15 @@ impl SafetyListing {
         table.made()
     }
 
+    /// Stop of the verdict: the one beyond which the orbit goes, or that which it grazes.
+    fn met(&self) -> &str {
+        self.through.as_ref().unwrap_or(&self.surface)
+    }
+
     /// Whether the orbit is clear of the stop, in words.
     fn verdict(&self, scene: &str) -> String {
-        let surface = &self.surface;
-        match self.clears {
+        let surface = self.met();
+        let words = match self.clears {
             true => {
                 format!("`{scene}` is clear of `{surface}`: its periodic orbit does not touch\n")
             }
@@ -182,14 +195,19 @@ impl SafetyListing {
                 "`{scene}` is not clear of `{surface}`: without the stop its periodic orbit would \
                  go beyond it\n"
             ),
-        }
+        };
+        let unstable = match self.unstable {
+            true => "this orbit is unstable: motions leave it\n",
+            false => "",
+        };
+        words + unstable
     }
 
     /// Answer as text.
     pub fn text(&self, scene: &str) -> String {
         let mut text = self.verdict(scene);
         if let Some(tolerance) = &self.tolerance {
-            text.push_str(&tolerance.words(&self.surface));
+            text.push_str(&tolerance.words(self.met()));
         }
         let heading = if self.clears { "without contact" } else { "between grazes" };
         text.push_str(&format!(
@@ -197,8 +215,10 @@ impl SafetyListing {
             self.table().to_text()
         ));
         text.push_str(
-            "an empty cell: no graze was found on that side, along the branch of this orbit\n",
+            "an empty cell: no graze was found on that side, along the branch of this orbit, at a \
+             distance of up to ten times the value\n",
         );
+        text.push_str(&self.others_words());
         if !self.attractors.is_empty() {
             text.push_str(&format!(
                 "\nattractors at these values, by direct simulation from {} states:\n\n{}",
@@ -209,6 +229,19 @@ impl SafetyListing {
             text.push_str(&self.ends_explained());
         }
         text
+    }
+
+    /// Line on the stops that are not followed; empty without any.
+    fn others_words(&self) -> String {
+        if self.others.is_empty() {
+            return String::new();
+        }
+        let names: Vec<String> = self.others.iter().map(|name| format!("`{name}`")).collect();
+        format!(
+            "grazes of `{}` alone; for those of {} set `grazing.surface`\n",
+            self.surface,
+            names.join(", ")
+        )
     }
 
     /// Line on the starts that come to no attractor; empty if all come to one.
@@ -388,7 +421,7 @@ impl SafetyListing {
             ..Provenance::default()
         };
         let tolerance = self.tolerance.as_ref();
-        let tolerance = tolerance.map_or_else(String::new, |allowed| allowed.words(&self.surface));
+        let tolerance = tolerance.map_or_else(String::new, |allowed| allowed.words(self.met()));
         let verdict = format!("{}{tolerance}", self.verdict(&scene.identifier));
         let words = "Intervals about the scene’s values, one row for each parameter: GR, a \
                      graze; an interval that reaches the edge has no known end. Below them the \

@@ -990,3 +990,69 @@ fn hits_between_grazes_count_in_the_impact_speed_of_a_branch_and_not_of_a_diagra
         assert!(point.kept_values().all(|speed| speed == 0.0), "{point:?}");
     }
 }
+
+#[test]
+fn a_branch_point_has_the_orbit_of_its_flip() {
+    let text = r#"
+[model]
+states = ["x", "v"]
+parameters = { A = 0.14, omega = 1.1 }
+phase = { name = "theta", rate = "omega", period = "2*pi" }
+flow = { x = "v", v = "A*cos(theta) - 0.1*v - x - 0.4*x^3" }
+[[model.surface]]
+name = "stop"
+event = "1 - x"
+impact = { v = "-0.8*v" }
+[grazing]
+solve_for = "A"
+[window]
+depth = 1e-3
+state = { x = 2e-3, theta = 0.02 }
+parameter = { A = 2e-3 }
+"#;
+    let found = branches(&map_of(scene_of(text)), &["1", "11"], [0.05, 0.5], true);
+    let flips = labelled(&found, BranchLabel::PeriodDoubling);
+    let doubled = labelled(&found, BranchLabel::BranchPoint);
+    let [flip, doubled] = [&flips, &doubled].map(|found| found.first().expect("a point"));
+    assert_eq!(doubled.states.len(), 2);
+    for (state, exact) in doubled.states.iter().flat_map(|state| state.iter().zip(&flip.states[0]))
+    {
+        assert!((state - exact).abs() < 1e-12, "{doubled:?} {flip:?}");
+    }
+}
+
+/// The cycle `x = sqrt(mu) cos t`, `v = -sqrt(mu) sin t`, whatever the rate `c` of its approach: a
+/// period of the branch is not that of the graze where `w` changes it.
+#[test]
+fn amplitudes_of_cycles_are_those_of_the_closed_form() {
+    let text = r#"
+[model]
+states = ["x", "v"]
+parameters = { mu = 0.3, w = 1.0, s = 1.0, r = 0.8 }
+flow = { x = "v", v = "-w^2*x + 5*(mu - x^2 - v^2/w^2)*v" }
+[[model.surface]]
+name = "stop"
+event = "s - x - 0.05*w"
+impact = { v = "-r*v" }
+[grazing]
+solve_for = "s"
+guess = { x = 0.5, v = 0.0 }
+[expansion]
+active = ["w", "s"]
+[window]
+depth = 1e-3
+state = { x = 1e-2 }
+parameter = { w = 1e-2, s = 1e-2 }
+"#;
+    let map = map_of(scene_of(text));
+    let found = branches(&map, &["0"], [-0.4, 0.1], true);
+    let amplitudes = observed(map.scene(), map.orbit(), &found, BranchObservable::Amplitude);
+    let amplitudes = amplitudes.expect("a simulation").concat();
+    let free = points(&found).zip(amplitudes).filter(|(at, _)| at.orbit.contacts.is_empty());
+    let free: Vec<_> = free.collect();
+    assert!(free.len() > 5);
+    for (point, amplitude) in free {
+        let exact = 0.3_f64.sqrt();
+        assert!((amplitude - exact).abs() < 1e-9, "{amplitude} {:?}", point.orbit);
+    }
+}

@@ -5,7 +5,9 @@
 
 use grazemap::model::Scene;
 use grazemap::numeric::Dd;
-use grazemap::orbit::{IntervalEnd, Margin, MarginOutcome, OrbitError, clear_interval, margin};
+use grazemap::orbit::{
+    IntervalEnd, Location, Margin, MarginOutcome, OrbitError, clear_interval, locate, margin,
+};
 
 use crate::support::scenes::{NONE, index, parsed, scene_with};
 
@@ -366,5 +368,78 @@ guess = { x = 2.0, v = 0.0 }
         let found = clear_interval(&scene, number, None).expect("followed").expect("a cycle");
         let Some(IntervalEnd::Graze { value, .. }) = found.ends[1] else { panic!("{found:?}") };
         assert!(found.gap > 0.0 && (value - 1.176_297_745_3).abs() < 1e-9, "{mu}: {value}");
+    }
+}
+
+/// The cycle `x = √μ cos t` of `x'' = −x + c (μ − x² − x'²) x'`, stable for `c > 0`.
+fn cycle(event: &str, c: f64, guess: f64) -> Scene {
+    let text = format!(
+        r#"
+[model]
+states = ["x", "v"]
+parameters = {{ mu = 0.3, s = 1.0, e = 0.1, r = 0.8, c = {c} }}
+flow = {{ x = "v", v = "-x + c*(mu - x^2 - v^2)*v" }}
+[[model.surface]]
+name = "stop"
+event = "{event}"
+impact = {{ v = "-r*v" }}
+[grazing]
+solve_for = "s"
+guess = {{ x = {guess:?}, v = 0.0 }}
+"#
+    );
+    parsed(&text, "cycle", &NONE)
+}
+
+/// The gap has two minima in a period, of which one is a touch.
+#[test]
+fn a_cycle_with_two_minima_of_the_gap_is_located() {
+    for guess in [0.5, 0.8, 2.0] {
+        let scene = cycle("s - x^2 - e*x", 1.0, guess);
+        let Ok(Location::Located(orbit)) = locate(&scene) else { panic!("no graze from {guess}") };
+        let found = orbit.parameters()[index(&scene, "s")].to_f64();
+        let known = 0.3 + 0.1 * 0.3_f64.sqrt();
+        assert!((found - known).abs() < 1e-12, "{guess}: {found} {known}");
+        assert!((orbit.period.to_f64() - std::f64::consts::TAU).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn an_unstable_cycle_is_told_from_a_stable_one() {
+    for (c, unstable) in [(1.0, false), (-1.0, true)] {
+        let scene = cycle("s - x", c, 0.5);
+        let found = clear_interval(&scene, index(&scene, "s"), None).expect("followed");
+        assert_eq!(found.expect("a cycle").unstable, unstable, "{c}");
+    }
+}
+
+/// The amplitude of this forced orbit is 0.4: beyond a second stop, if that stands nearer.
+#[test]
+fn an_orbit_through_another_stop_is_not_clear() {
+    for (left, through) in [(0.3, Some(1)), (0.5, None)] {
+        let text = format!(
+            r#"
+[model]
+states = ["x", "v"]
+parameters = {{ F = 0.4, s = 1.0, r = 0.8, w = 1e-2 }}
+phase = {{ name = "th", rate = "w", period = "2*pi" }}
+flow = {{ x = "v", v = "F*cos(th) - x - v" }}
+[[model.surface]]
+name = "stop"
+event = "s - x"
+impact = {{ v = "-r*v" }}
+[[model.surface]]
+name = "left"
+event = "x + {left}"
+impact = {{ v = "-r*v" }}
+[grazing]
+surface = "stop"
+solve_for = "s"
+"#
+        );
+        let scene = parsed(&text, "two", &NONE);
+        let found = clear_interval(&scene, index(&scene, "s"), None).expect("followed");
+        let found = found.expect("an orbit");
+        assert_eq!((found.through, found.gap > 0.0), (through, true));
     }
 }

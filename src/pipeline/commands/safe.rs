@@ -14,7 +14,7 @@ use crate::analysis::{
 use crate::iteration::OrbitEnd;
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
-use crate::orbit::{IntervalEnd, clear_interval, rigid_stops_beyond};
+use crate::orbit::{ClearInterval, IntervalEnd, clear_interval, rigid_stops_beyond};
 use crate::pipeline::keys::{KeyError, finite};
 #[cfg(feature = "cli")]
 use crate::pipeline::options::shares;
@@ -87,7 +87,7 @@ impl SafeKeys {
     /// # Errors
     ///
     /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown parameters, tolerances that are
-    /// not positive and too many starts, [`Error::NotLocated`] if no orbit of the scene grazes.
+    /// not positive or of a value of 0, and too many starts, [`Error::NotLocated`] if no orbit of the scene grazes.
     pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
         if self.points > MOST_STARTS {
             let (range, value) = ([0.0, f64::from(MOST_STARTS)], f64::from(self.points));
@@ -99,6 +99,9 @@ impl SafeKeys {
             let parameter = parameter_number(scene, name)?;
             if finite("tolerance", *tolerance)? <= 0.0 {
                 return Err(KeyError::NotPositive { key: "tolerance", value: *tolerance }.into());
+            }
+            if scene.model.parameters[parameter].value == Dd::ZERO {
+                return Err(KeyError::ShareOfZero { name: name.clone() }.into());
             }
             tolerances.push((parameter, *tolerance));
         }
@@ -126,10 +129,20 @@ impl SafeKeys {
             0 => FoundAttractors::default(),
             points => attractors(scene, adjusted, points as usize, progress)?,
         };
-        let surface = &scene.model.surfaces[scene.grazing.passages[0]].name;
+        let grazed = scene.grazing.passages[0];
+        let surface = &scene.model.surfaces[grazed].name;
+        let others = scene
+            .model
+            .surfaces
+            .iter()
+            .enumerate()
+            .filter(|(at, _)| *at != grazed && !scene.grazing.hits.surfaces.contains(at));
         let listing = SafetyListing {
             surface: surface.clone(),
             clears: followed.clears,
+            unstable: followed.unstable,
+            through: followed.through.map(|other| scene.model.surfaces[other].name.clone()),
+            others: others.map(|(_, other)| other.name.clone()).collect(),
             intervals,
             tolerance,
             attractors: found.attractors,
@@ -157,6 +170,9 @@ fn part(progress: &dyn Progress) -> PartProgress<'_> {
 /// The orbit whose safety is told.
 struct Followed {
     clears: bool,
+    /// Another surface beyond which the orbit goes.
+    through: Option<usize>,
+    unstable: bool,
     /// Full state on the orbit.
     start: Vec<f64>,
 }
@@ -165,7 +181,9 @@ impl Followed {
     /// Orbit that the free flow settles on at a scene's values.
     fn new(scene: &Scene, adjusted: usize) -> Result<Self, Error> {
         let found = clear_interval(scene, adjusted, None)??;
-        Ok(Self { clears: found.gap >= 0.0, start: found.start })
+        let clears = found.gap >= 0.0 && found.through.is_none();
+        let ClearInterval { through, unstable, start, .. } = found;
+        Ok(Self { clears, through, unstable, start })
     }
 
     /// Interval of a parameter, about the scene's value, in which the orbit neither grazes nor ends
@@ -245,7 +263,7 @@ impl Followed {
             let (a, b) = (order(a), order(b));
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         });
-        Ok(match (found.gap >= 0.0, nearest) {
+        Ok(match (found.gap >= 0.0 && found.through.is_none(), nearest) {
             (false, None | Some(IntervalEnd::Fold { .. })) => {
                 Some(IntervalEnd::Graze { value: own, state: found.start })
             }

@@ -7,7 +7,7 @@ use super::section_frame::{SectionFrame, phase_circle};
 use crate::flow::Field;
 use crate::hybrid::{DirectReturn, HybridSystem, Outcome, Return, ReturnOutcome, Variation};
 use crate::iteration::PhaseCircle;
-use crate::model::{Model, Response, Scene, Section, Surface};
+use crate::model::{Model, NodeId, Response, Scene, Section, Surface};
 use crate::numeric::linear::{eigenvalues, solve};
 use crate::numeric::{Dd, Real, Scalar as _, converted};
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
@@ -151,9 +151,12 @@ const MOST_PRODUCTS: usize = 13_000_000;
 /// Cost of a product of series in double-double, relative to one in `f64`.
 const IN_DOUBLE_DOUBLE: usize = 20;
 
-/// Cost of one Taylor step of the free flow of a scene, in products of series.
+/// Cost of one Taylor step of the free flow of a scene and of the gaps of all its surfaces, in
+/// products of series.
 pub(crate) fn products_of_step(scene: &Scene) -> usize {
-    Field::free(&scene.model, &[]).time_program().cost_in_products().max(1)
+    let surfaces = scene.model.surfaces.iter();
+    let events: Vec<NodeId> = surfaces.map(|surface| surface.event).collect();
+    Field::free(&scene.model, &events).time_program().cost_in_products().max(1)
 }
 
 impl<'a, S: Real> DirectImage<'a, S> {

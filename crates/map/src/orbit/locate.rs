@@ -9,7 +9,7 @@ use super::monodromy::{across_flow, full_monodromy, multipliers};
 use super::newton::NewtonFailure;
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, further_graze, in_order};
-use super::search::{Search, next_minima};
+use super::search::{RETURNS, Search, clear_interval, next_minima, time_of_return};
 use super::system::{ExtendedSystem, refine_either, solve_either};
 use crate::model::{Scene, Section, StroboscopicPhase, Symmetry};
 use crate::numeric::{Dd, converted};
@@ -35,7 +35,8 @@ type Found = Result<Vec<f64>, NotLocated>;
 /// from the guess, or without a guess, the steady state of the free flow is shot to a periodic
 /// orbit and followed in the adjusted parameter until it touches; of two orbits found, the one
 /// nearer the guess is returned. With several independent grazes the first is found alone; the
-/// minima along its orbit are starting points for the others.
+/// minima along its orbit are starting points for the others. Without a phase, where Newton's
+/// method fails, the cycle near the guess is followed to its nearest graze ([`clear_interval`]).
 ///
 /// Passages without an adjusted parameter must touch to rounding, by themselves or by the symmetry.
 ///
@@ -44,12 +45,36 @@ type Found = Result<Vec<f64>, NotLocated>;
 /// [`OrbitError`] for an inconsistent scene. A search that ends without an orbit is
 /// [`Location::NotLocated`].
 pub fn locate(scene: &Scene) -> Result<Location, OrbitError> {
+    let location = located(scene)?;
+    let Location::NotLocated(_) = location else { return Ok(location) };
+    let along_cycle = match (&scene.model.phase, &scene.grazing.solve_for[..]) {
+        (None, &[parameter]) => scene_at_graze(scene, parameter)?,
+        _ => None,
+    };
+    match along_cycle.map(|there| located(&there)).transpose()? {
+        Some(found @ Location::Located(_)) => Ok(found),
+        _ => Ok(location),
+    }
+}
+
+/// Locates the grazing orbit near a scene's guess, or along forced orbits.
+fn located(scene: &Scene) -> Result<Location, OrbitError> {
     let locator = Locator::new(scene)?;
     let location = match locator.location() {
         Err(OrbitError::SearchTooLong) => Location::NotLocated(locator.too_slow()),
         location => location?,
     };
     locator.without_corners(location)
+}
+
+/// A scene at the nearest graze of the cycle near its guess, if it has one.
+fn scene_at_graze(scene: &Scene, parameter: usize) -> Result<Option<Scene>, OrbitError> {
+    let interval = match clear_interval(scene, parameter, None) {
+        Ok(Ok(interval)) => interval,
+        Ok(Err(_)) | Err(OrbitError::SearchTooLong) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    Ok(interval.at_graze(scene))
 }
 
 /// The scene and its equations, shared by the stages of the search.
@@ -336,12 +361,14 @@ impl<'a> Locator<'a> {
         })
     }
 
-    /// Time from the guess to the next minimum of the event function, as a first estimate of the
-    /// period without a clock.
+    /// Time after which the flow comes back to the guess, as a first estimate of the period without
+    /// a clock.
     fn first_return(&self, guess: &[f64]) -> Result<f64, OrbitError> {
         let (flow, parameters) = (watching(self.scene), self.start_parameters());
-        let minima = next_minima(&flow, &self.system, guess, &parameters, 1)?;
-        Ok(minima.first().map_or(1.0, |minimum| minimum.time))
+        let minima = next_minima(&flow, &self.system, guess, &parameters, RETURNS)?;
+        let times = vec![0.0; self.system.grazes.independent - 1];
+        let unknowns = self.system.assemble(guess, 1.0, &times, &parameters);
+        Ok(time_of_return(&minima, guess, self.system.length(&unknowns)).unwrap_or(1.0))
     }
 
     /// Chooses between a root of Newton's method and the outcome of a search.

@@ -14,7 +14,7 @@ use super::grazing_curve::{CurveEnd, CurvePoint, MOST_PRODUCTS, SpecialKind, Spe
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location};
 use super::locate::locate;
 use super::outcome::{NotLocated, OrbitError};
-use super::search::{ClearInterval, IntervalEnd, clear_interval};
+use super::search::clear_interval;
 use super::system::ExtendedSystem;
 use crate::flow::Field;
 use crate::model::Scene;
@@ -122,15 +122,8 @@ pub fn watched_margin(
         scales: scales.to_vec(),
     };
     let interval = clear_interval(scene, parameters[0], None)?.ok();
-    let mut located = match interval.as_ref().and_then(|interval| search.nearest_of(interval)) {
-        Some((value, state)) => {
-            let mut there = search.scene.clone();
-            there.model.parameters[parameters[0]].value = Dd::from(value);
-            there.grazing.guess = Some(state);
-            locate(&there)?
-        }
-        None => locate(&search.scene)?,
-    };
+    let near = interval.as_ref().and_then(|interval| interval.at_graze(&search.scene));
+    let mut located = locate(near.as_ref().unwrap_or(&search.scene))?;
     if let (Location::NotLocated(_), [first, second]) = (&located, parameters) {
         // The curve may turn back before it reaches the scene's value of the second parameter.
         let other = adjusted(*second);
@@ -195,17 +188,6 @@ impl MarginSearch {
     fn distance(&self, least: f64) -> Distance {
         let from = self.parameters.iter().map(|&parameter| self.own(parameter)).collect();
         Distance { from, scales: self.scales.clone(), least }
-    }
-
-    /// Value of the first parameter and full state at the nearer end of an interval, if that is a
-    /// graze.
-    fn nearest_of(&self, interval: &ClearInterval) -> Option<(f64, Vec<f64>)> {
-        let own = self.own(self.parameters[0]);
-        let grazes = interval.ends.iter().flatten().filter_map(|end| match end {
-            IntervalEnd::Graze { value, state } => Some((*value, state.clone())),
-            IntervalEnd::Fold { .. } => None,
-        });
-        grazes.min_by(|a, b| (a.0 - own).abs().total_cmp(&(b.0 - own).abs()))
     }
 
     /// Changes from the scene's own values to `parameters`, exact to rounding.

@@ -42,6 +42,8 @@ struct Periodic {
     largest: f64,
     /// Whether the whole orbit lies beyond the surface.
     beyond: bool,
+    /// Another surface beyond which the orbit goes, and does not hit.
+    through: Option<usize>,
 }
 
 /// Result of a search: a graze.
@@ -113,6 +115,10 @@ const SAME_ORBIT: f64 = 1e-6;
 const STATIONARY: f64 = 1e-12;
 /// Largest number of secant steps.
 const TRIALS: usize = 60;
+/// Minima of the gap among which the return after a period is looked for.
+pub(super) const RETURNS: usize = 8;
+/// Distance from a state of the return after a period, relative to that of the nearest one.
+const AS_NEAR: f64 = 2.0;
 /// Most doublings of the time in which minima of the gap are looked for, and most Taylor steps of
 /// a flight after which it is doubled.
 const DOUBLINGS: usize = 60;
@@ -351,6 +357,14 @@ impl<'a> Search<'a> {
         let gaps = gaps(&self.watching, &full, &parameters, period).ok()?;
         self.system.counted(gaps.steps, period);
         let beyond = gaps.beyond().is_some_and(|(surface, _)| surface == self.surface);
+        let others = (0..gaps.largest.len()).filter(|&other| {
+            other != self.surface && !self.scene.grazing.hits.surfaces.contains(&other)
+        });
+        let through = others.into_iter().find(|&other| {
+            let own = gaps.minima.iter().filter(|minimum| minimum.surface == other);
+            let largest = gaps.largest[other];
+            own.map(|minimum| minimum.event).fold(largest, f64::min) < -TOUCH * largest.abs()
+        });
         let mine = gaps.minima.into_iter().filter(|minimum| minimum.surface == self.surface);
         // Where the slope at the start is rounding, no change of its sign shows a minimum there.
         let local = self.system.geometry(0).at(&full, &parameters);
@@ -380,6 +394,7 @@ impl<'a> Search<'a> {
             lowest,
             largest: gaps.largest[self.surface],
             beyond,
+            through,
         })
     }
 
@@ -699,6 +714,15 @@ pub(super) fn next_minima(
     let at_start = AT_START * last / found.len() as f64;
     found.retain(|minimum| minimum.time > at_start);
     Ok(found)
+}
+
+/// Time after which a flow comes back to a full state, about as near as it does at the first minima
+/// of the gap that follow; `None` without one.
+pub(super) fn time_of_return(minima: &[Minimum], start: &[f64], length: f64) -> Option<f64> {
+    let away = |minimum: &Minimum| apart(&minimum.state, start);
+    let nearest = minima.iter().map(away).fold(f64::INFINITY, f64::min);
+    let is_back = |minimum: &&Minimum| away(minimum) <= AS_NEAR * nearest + SAME_ORBIT * length;
+    minima.iter().find(is_back).map(|minimum| minimum.time)
 }
 
 /// Scale for changes of a parameter.

@@ -774,13 +774,12 @@ impl<'a> DirectBranches<'a> {
         Some(self.found(&fine, &found, false))
     }
 
-    /// Parameters of a branch point whose orbit has half the period, refined as the period-doubling
-    /// point of that orbit.
+    /// Orbit of half the period at a branch point, refined as its period-doubling point.
     fn refined_doubling(
         &self,
         itinerary: &ContactItinerary,
         point: &DirectPoint,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<FoundOrbit> {
         let half = halved(itinerary);
         let orbit = &point.linearised.extra;
         let mut equations = self.equations(&half).in_points(orbit.points)?;
@@ -791,7 +790,7 @@ impl<'a> DirectBranches<'a> {
         let (unknowns, linearised) = corrected(&mut equations, &unknowns, &unknowns, &along)?;
         let tangent = tangent_at(&linearised.jacobian, &along)?;
         let point = DirectPoint { unknowns, tangent, linearised, tests: Vec::new() };
-        Some(self.refined(&half, &point, 1)?.parameters)
+        self.refined(&half, &point, 1)
     }
 
     /// Branch through a seed, if it is not among those known; it ends where it meets one of them
@@ -1112,9 +1111,13 @@ impl DirectBranches<'_> {
             special = special.filter(|special| {
                 doubles || has_multiplier(&orbit, special.label, REFINED_MULTIPLIER)
             });
-            if special.is_some() && !grazes && doubles {
-                let exact = self.refined_doubling(itinerary, point);
-                orbit.parameters = exact.unwrap_or(orbit.parameters);
+            if special.is_some()
+                && !grazes
+                && doubles
+                && let Some(half) = self.refined_doubling(itinerary, point)
+            {
+                orbit.parameters = half.parameters;
+                orbit.states = [&half.states[..], &half.states].concat();
             }
             progress.advance(1);
             passed.into_iter().chain([BranchPoint { orbit, special }])

@@ -11,18 +11,23 @@ use crate::analysis::error::AnalysisError;
 use crate::analysis::motion::MotionEvents;
 use crate::analysis::periodic::FoundOrbit;
 use crate::analysis::progress::{NoProgress, Progress};
-use crate::analysis::section_frame::SectionFrame;
+use crate::analysis::section_frame::{SectionFrame, Values};
 use crate::analysis::time_series::{SeriesPoint, TimeSeriesRequest, time_series};
 use crate::expansion::LocalMap;
 use crate::hybrid::{HybridSystem, MomentEvent};
 use crate::iteration::parallel;
 use crate::model::{DiagramRequest, Method, Scene, Spacing};
+use crate::numeric::polynomial::extrema;
 use crate::orbit::GrazingOrbit;
 
 /// Largest error of the time of a contact, relative to the period of its orbit.
 const ROUNDING: f64 = 1e-6;
-/// States per return from which an amplitude is computed.
+/// States per return from which an amplitude is computed at first and at most, their growth, and
+/// the relative change at which it stays.
 const SAMPLES: usize = 400;
+const MOST_SAMPLES: usize = 102_400;
+const FINER: usize = 4;
+const RESOLVED: f64 = 1e-10;
 /// Most parameter values at which iterates are drawn behind branches.
 const MOST_VALUES: usize = 400;
 
@@ -54,7 +59,7 @@ impl BranchObservable {
 }
 
 /// Values of an observable by branch and point. Contact times, amplitudes, and impact speeds of
-/// orbits that hit stops between their grazes are computed by direct simulation of the orbits,
+/// orbits with more contacts than one per passage are computed by direct simulation of the orbits,
 /// whatever method found them. NaN if the simulation ends early, and for virtual orbits except for
 /// the gap.
 ///
@@ -86,44 +91,70 @@ fn of_orbit(
     frame.place(&found.states[0], &found.parameters)?;
     match observable {
         BranchObservable::Gap => return Ok(frame.gap()),
-        BranchObservable::ImpactSpeed if scene.grazing.hits.surfaces.is_empty() => {
+        // Every contact has its speed, unless there are more than one per passage.
+        BranchObservable::ImpactSpeed
+            if scene.grazing.hits.surfaces.is_empty() && found.extra_contacts == 0 =>
+        {
             let speeds = found.contacts.iter().map(|contact| contact.speed);
             return Ok(speeds.fold(0.0, f64::max));
         }
         _ => {}
     }
+    let Some(time) = period(scene, orbit, found, &mut frame)? else { return Ok(f64::NAN) };
     let mut request = TimeSeriesRequest {
         start: found.states[0].clone(),
         parameters: found.parameters.clone(),
         settle: 0,
-        returns: found.nominal_returns(frame.periods()),
+        returns: (time / frame.duration() - ROUNDING).ceil() as usize,
         samples: SAMPLES,
     };
-    if observable == BranchObservable::ImpactSpeed {
-        let events = MotionEvents::of(scene, orbit, &request)?;
-        return Ok(events.map_or(f64::NAN, |events| events.impact_speed()));
-    }
-    let period = match observable {
-        BranchObservable::ContactTime => period(scene, orbit, found, &mut frame)?,
-        _ => None,
-    };
-    // A contact that begins within the period may end after it.
-    request.returns += usize::from(period.is_some());
-    let series = time_series(scene, orbit, &request, &NoProgress)?;
-    if series.early_end.is_some() {
-        return Ok(f64::NAN);
-    }
-    Ok(match observable {
+    let found = match observable {
+        BranchObservable::Amplitude => amplitude(scene, orbit, &mut request, frame.surface())?,
         BranchObservable::ContactTime => {
-            period.map_or(f64::NAN, |period| contact_time(&series.points, period))
+            // A contact that begins within the period may end after it.
+            request.returns += 1;
+            let series = time_series(scene, orbit, &request, &NoProgress)?;
+            series.early_end.is_none().then(|| contact_time(&series.points, time))
         }
         _ => {
-            let gaps = series.points.iter();
-            let gaps = gaps.map(|point| (point.time, point.gaps[frame.surface()]));
-            let gaps: Vec<(f64, f64)> = gaps.collect();
-            0.5 * (largest(&gaps, 1.0) - largest(&gaps, -1.0))
+            let events = MotionEvents::of(scene, orbit, &request)?;
+            events.map(|events| events.impact_speed())
         }
-    })
+    };
+    Ok(found.unwrap_or(f64::NAN))
+}
+
+/// Half the range of a surface's gap along a motion, on samples that grow in number until it stays;
+/// `None` if the simulation ends early.
+fn amplitude(
+    scene: &Scene,
+    orbit: &GrazingOrbit,
+    request: &mut TimeSeriesRequest,
+    surface: usize,
+) -> Result<Option<f64>, AnalysisError> {
+    let model = &scene.model;
+    let mut velocity =
+        Values::<f64>::new(model, &model.graph, &[model.surfaces[surface].normal_velocity]);
+    let mut known = f64::INFINITY;
+    loop {
+        let series = time_series(scene, orbit, request, &NoProgress)?;
+        if series.early_end.is_some() {
+            return Ok(None);
+        }
+        let rows: Vec<[f64; 3]> = (series.points.iter())
+            .map(|row| {
+                let slope = velocity.evaluate(&row.state, &series.parameters).get(0);
+                [row.time, row.gaps[surface], slope]
+            })
+            .collect();
+        let [least, most] = range(&rows);
+        let found = 0.5 * (most - least);
+        if (found - known).abs() <= RESOLVED * found || request.samples >= MOST_SAMPLES {
+            return Ok(Some(found));
+        }
+        known = found;
+        request.samples *= FINER;
+    }
 }
 
 /// Time in which an orbit repeats; `None` without one of its images.
@@ -174,23 +205,22 @@ fn contact_time(points: &[SeriesPoint], period: f64) -> f64 {
     total
 }
 
-/// Largest value, or smallest for a negative sign: the extremum of the parabola through three rows
-/// if they are evenly spaced.
-fn largest(rows: &[(f64, f64)], sign: f64) -> f64 {
-    let signed = |place: usize| sign * rows[place].1;
-    let Some(at) = (0..rows.len()).max_by(|&a, &b| signed(a).total_cmp(&signed(b))) else {
-        return f64::NAN;
-    };
-    if at == 0 || at + 1 == rows.len() {
-        return rows[at].1;
-    }
-    let (before, after) = (rows[at].0 - rows[at - 1].0, rows[at + 1].0 - rows[at].0);
-    let [a, b, c] = [rows[at - 1].1, rows[at].1, rows[at + 1].1];
-    let bend = a - 2.0 * b + c;
-    match (before - after).abs() <= 1e-6 * after && bend != 0.0 {
-        true => b - (a - c).powi(2) / (8.0 * bend),
-        false => b,
-    }
+/// Least and largest value of a function by rows of time, value and slope: of the rows, and of the
+/// cubics between them.
+fn range(rows: &[[f64; 3]]) -> [f64; 2] {
+    let between = rows.windows(2).flat_map(|ends| {
+        let &[[start, from, slope], [end, to, last]] = ends else { return Vec::new() };
+        let (time, rise) = (end - start, to - from);
+        if slope * last >= 0.0 || time <= 0.0 {
+            return Vec::new();
+        }
+        let [slope, last] = [slope * time, last * time];
+        extrema(&[from, slope, 3.0 * rise - 2.0 * slope - last, slope + last - 2.0 * rise], 1.0)
+    });
+    let values = rows.iter().map(|row| row[1]).chain(between.map(|extremum| extremum.value));
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
+        [least.min(value), most.max(value)]
+    })
 }
 
 /// Branches and iterates over the same range, for one drawing.
@@ -277,10 +307,10 @@ mod tests {
     #[test]
     fn an_extent_is_that_of_the_curve_and_not_of_its_samples() {
         let time = |number: i32| 0.37 + f64::from(number) * std::f64::consts::TAU / 400.0;
-        let rows: Vec<(f64, f64)> =
-            (0..=400).map(|number| (time(number), 3.0 + 2.0 * time(number).sin())).collect();
-        let half = 0.5 * (largest(&rows, 1.0) - largest(&rows, -1.0));
+        let row = |time: f64| [time, 3.0 + 2.0 * time.sin(), 2.0 * time.cos()];
+        let rows: Vec<[f64; 3]> = (0..=400).map(|number| row(time(number))).collect();
+        let [least, most] = range(&rows);
         // Error of the fourth power of the spacing; samples alone err by 1e-4.
-        assert!((half - 2.0).abs() < 1e-8, "{half}");
+        assert!((least - 1.0).abs() < 1e-9 && (most - 5.0).abs() < 1e-9, "{least} {most}");
     }
 }

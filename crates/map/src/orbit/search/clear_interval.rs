@@ -2,14 +2,16 @@
 //! orbit is followed to both sides, to its first graze or fold.
 
 use super::{
-    FAR, Family, FamilyPoint, Graze, HALVINGS, NEAR_SETTLED, Periodic, SAME_ORBIT, SETTLED,
-    SETTLING, STEPS, Search, Visit, lowest, next_minima, scale, value_at,
+    FAR, Family, FamilyPoint, Graze, HALVINGS, NEAR_SETTLED, Periodic, RETURNS, SETTLED, SETTLING,
+    STEPS, Search, Visit, lowest, next_minima, scale, time_of_return, value_at,
 };
 use crate::continuation::{StepControl, apart, dot, point_on};
 use crate::model::Scene;
+use crate::numeric::Dd;
 use crate::orbit::effort::Effort;
 use crate::orbit::free_flow::Minimum;
 use crate::orbit::grazing_orbit::Grazes;
+use crate::orbit::monodromy::{across_flow, full_monodromy, multipliers};
 use crate::orbit::outcome::{NotLocated, OrbitError, Stop, settled};
 use crate::orbit::system::ExtendedSystem;
 
@@ -21,8 +23,31 @@ pub struct ClearInterval {
     pub start: Vec<f64>,
     /// Lowest gap of the orbit at the value; negative where it goes beyond the surface.
     pub gap: f64,
+    /// Another surface beyond which the orbit goes at the value without hitting it, as an index.
+    pub through: Option<usize>,
+    /// Whether a multiplier of the orbit at the value lies outside of the unit circle.
+    pub unstable: bool,
     /// Lower and upper end of the interval; `None` if none was found.
     pub ends: [Option<IntervalEnd>; 2],
+}
+
+impl ClearInterval {
+    /// A scene at the nearer end that is a graze, with a guess there; the interval is that of the
+    /// first adjusted parameter about the scene's value.
+    pub(in crate::orbit) fn at_graze(&self, scene: &Scene) -> Option<Scene> {
+        let parameter = *scene.grazing.solve_for.first()?;
+        let own = scene.model.parameters[parameter].value.to_f64();
+        let grazes = self.ends.iter().flatten().filter_map(|end| match end {
+            IntervalEnd::Graze { value, state } => Some((*value, state.clone())),
+            IntervalEnd::Fold { .. } => None,
+        });
+        let (value, state) =
+            grazes.min_by(|a, b| (a.0 - own).abs().total_cmp(&(b.0 - own).abs()))?;
+        let mut there = scene.clone();
+        there.model.parameters[parameter].value = Dd::from(value);
+        there.grazing.guess = Some(state);
+        Some(there)
+    }
 }
 
 /// End of the interval of a parameter.
@@ -106,7 +131,9 @@ pub fn clear_interval(
         }
         *end = visit.found;
     }
-    Ok(Ok(ClearInterval { start: first.start, gap: first.lowest.event, ends }))
+    let unstable = search.is_unstable(&first)?;
+    let (gap, through) = (first.lowest.event, first.through);
+    Ok(Ok(ClearInterval { start: first.start, gap, through, unstable, ends }))
 }
 
 /// Steps towards an end of an interval: an orbit may graze just beside the scene's.
@@ -117,10 +144,8 @@ const CHANGE: f64 = 0.05;
 const SLOWEST: f64 = 20.0;
 /// Most times that another component of the state is held on the way to an end.
 const MOST_TURNS: usize = 50;
-/// Returns to a minimum of the gap among which a period is looked for.
-const RETURNS: usize = 8;
-/// Distance from a state of the return after a period, relative to that of the nearest one.
-const AS_NEAR: f64 = 2.0;
+/// Way of a cycle, relative to its length, that is one of rounding.
+const AT_REST: f64 = 1e-6;
 /// Range of the gap along a cycle, relative to that of the scene's, below which it shrinks to a
 /// point.
 const SHRUNK: f64 = 1e-3;
@@ -157,15 +182,19 @@ impl Search<'_> {
     /// the flow settles on from there. It starts at its lowest point.
     fn cycle(&self, start: &[f64], value: f64) -> Result<Periodic, Stop<NotLocated>> {
         let mut found = self.cycle_near(start, value)?;
+        // Change over the last return; 0 at rest.
+        let mut change = 0.0;
         if found.is_none() {
             let mut state = start.to_vec();
             for _ in 0..SETTLING / RETURNS {
                 let minima = self.next_minima(&state, value)?;
-                let Some(last) = minima.last() else { break };
+                let Some((last, others)) = minima.split_last() else { break };
                 let length = self.system.length(&self.unknowns(&last.state, value, last.time));
                 state.clone_from(&last.state);
-                let mut others = minima.iter().rev().skip(1);
-                if others.any(|other| apart(&other.state, &state) < SETTLED * length) {
+                let away = others.iter().map(|other| apart(&other.state, &state));
+                change = away.fold(f64::INFINITY, f64::min);
+                if change < SETTLED * length {
+                    change = 0.0;
                     break;
                 }
             }
@@ -174,22 +203,38 @@ impl Search<'_> {
         let lowest = found.and_then(|orbit| {
             self.periodic(value, &orbit.lowest.state, orbit.period).or(Some(orbit))
         });
-        lowest.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, f64::INFINITY)))
+        lowest.ok_or_else(|| Stop::Ended(self.no_orbit(start, value, change)))
     }
 
     /// Periodic orbit without a phase near a full state.
     fn cycle_near(&self, start: &[f64], value: f64) -> Result<Option<Periodic>, OrbitError> {
         let minima = self.next_minima(start, value)?;
-        let away = |minimum: &Minimum| apart(&minimum.state, start);
-        let nearest = minima.iter().map(away).fold(f64::INFINITY, f64::min);
         let first = minima.first().map_or(0.0, |minimum| minimum.time);
-        let same = SAME_ORBIT * self.system.length(&self.unknowns(start, value, first));
-        let returned = minima.iter().find(|minimum| away(minimum) <= AS_NEAR * nearest + same);
-        Ok(returned.and_then(|minimum| self.periodic(value, start, minimum.time)))
+        let length = self.system.length(&self.unknowns(start, value, first));
+        let period = time_of_return(&minima, start, length);
+        let found = period.and_then(|period| self.periodic(value, start, period));
+        Ok(found.filter(|orbit| !self.is_at_rest(orbit)))
+    }
+
+    /// Whether an orbit is an equilibrium, to rounding.
+    fn is_at_rest(&self, orbit: &Periodic) -> bool {
+        let unknowns = self.unknowns(&orbit.start, orbit.value, orbit.period);
+        let rates = self.system.geometry(0).at(&orbit.start, &self.parameters(orbit.value)).flow();
+        let way = rates.iter().fold(0.0, |most: f64, rate| most.max(rate.abs())) * orbit.period;
+        way <= AT_REST * self.system.length(&unknowns)
     }
 
     fn next_minima(&self, start: &[f64], value: f64) -> Result<Vec<Minimum>, OrbitError> {
         next_minima(&self.watching, self.system, start, &self.parameters(value), RETURNS)
+    }
+
+    /// Whether a multiplier of an orbit lies outside of the unit circle, by more than rounding.
+    fn is_unstable(&self, orbit: &Periodic) -> Result<bool, OrbitError> {
+        let parameters = self.parameters(orbit.value);
+        let full = full_monodromy(self.system, &orbit.start, &parameters, orbit.period)?;
+        let local = self.system.geometry(0).at(&orbit.start, &parameters);
+        let found = multipliers(&across_flow(&full, &local, self.scene.model.phase.is_some()))?;
+        Ok(found.first().is_some_and(|[re, im]| re.hypot(*im) > 1.0 + SETTLED))
     }
 
     /// Unit of the parameter at an orbit: its size, or if that is larger, the change that moves the
@@ -253,10 +298,15 @@ impl Visit for FirstEnd<'_> {
         }
         let parameter = family.search.system.states;
         if next.tangent[parameter] * here.tangent[parameter] < 0.0 {
+            let Some(fold) = family.fold([here, next]) else { return true };
+            if family.is_oblique(&fold) {
+                // The held component turns, and not the curve.
+                let here = here.linearised.extra.clone().zip(Some(here.tangent[parameter]));
+                self.turned = here.map(|(orbit, sign)| (orbit, sign.signum()));
+            } else if extent(&fold) > SHRUNK * extent(self.first) {
+                self.found = Some(IntervalEnd::Fold { value: fold.value });
+            }
             // A cycle that shrinks to a point turns back as its own mirror image: no fold.
-            let shrinks = |orbit: &Periodic| extent(orbit) < SHRUNK * extent(self.first);
-            let fold = family.fold([here, next]).filter(|orbit| !shrinks(orbit));
-            self.found = fold.map(|orbit| IntervalEnd::Fold { value: orbit.value });
             return true;
         }
         if orbit.value * self.first.value < 0.0
