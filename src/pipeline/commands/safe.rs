@@ -87,7 +87,8 @@ impl SafeKeys {
     /// # Errors
     ///
     /// [`Error::Key`] and [`Error::NoSuchParameter`] for unknown parameters, tolerances that are
-    /// not positive or of a value of 0, and too many starts, [`Error::NotLocated`] if no orbit of the scene grazes.
+    /// not positive or of a value of 0, and too many starts; [`Error::NotLocated`] if the scene has
+    /// no periodic orbit.
     pub fn answer(&self, scene: &Scene, progress: &dyn Progress) -> Result<Answer, Error> {
         if self.points > MOST_STARTS {
             let (range, value) = ([0.0, f64::from(MOST_STARTS)], f64::from(self.points));

@@ -9,7 +9,7 @@ use super::monodromy::{across_flow, full_monodromy, multipliers};
 use super::newton::NewtonFailure;
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, further_graze, in_order};
-use super::search::{RETURNS, Search, clear_interval, next_minima, time_of_return};
+use super::search::{Search, clear_interval, next_minima, time_of_return};
 use super::system::{ExtendedSystem, refine_either, solve_either};
 use crate::model::{Scene, Section, StroboscopicPhase, Symmetry};
 use crate::numeric::{Dd, converted};
@@ -365,7 +365,7 @@ impl<'a> Locator<'a> {
     /// a clock.
     fn first_return(&self, guess: &[f64]) -> Result<f64, OrbitError> {
         let (flow, parameters) = (watching(self.scene), self.start_parameters());
-        let minima = next_minima(&flow, &self.system, guess, &parameters, RETURNS)?;
+        let minima = next_minima(&flow, &self.system, guess, &parameters)?;
         let times = vec![0.0; self.system.grazes.independent - 1];
         let unknowns = self.system.assemble(guess, 1.0, &times, &parameters);
         Ok(time_of_return(&minima, guess, self.system.length(&unknowns)).unwrap_or(1.0))

@@ -116,7 +116,7 @@ const STATIONARY: f64 = 1e-12;
 /// Largest number of secant steps.
 const TRIALS: usize = 60;
 /// Minima of the gap among which the return after a period is looked for.
-pub(super) const RETURNS: usize = 8;
+const RETURNS: usize = 8;
 /// Distance from a state of the return after a period, relative to that of the nearest one.
 const AS_NEAR: f64 = 2.0;
 /// Most doublings of the time in which minima of the gap are looked for, and most Taylor steps of
@@ -342,8 +342,8 @@ impl<'a> Search<'a> {
         held.remove(units)
     }
 
-    /// Periodic orbit through unknowns of the extended system, with its lowest point; `None` if it
-    /// is at rest.
+    /// Periodic orbit through unknowns of the extended system, with its lowest point; `None` without
+    /// a period or a minimum of the gap.
     fn described(&self, value: f64, mut full: Vec<f64>) -> Option<Periodic> {
         let parameters = self.parameters(value);
         let period = match self.scene.model.phase {
@@ -360,11 +360,12 @@ impl<'a> Search<'a> {
         let others = (0..gaps.largest.len()).filter(|&other| {
             other != self.surface && !self.scene.grazing.hits.surfaces.contains(&other)
         });
-        let through = others.into_iter().find(|&other| {
+        let mut others = others.filter(|&other| {
             let own = gaps.minima.iter().filter(|minimum| minimum.surface == other);
             let largest = gaps.largest[other];
             own.map(|minimum| minimum.event).fold(largest, f64::min) < -TOUCH * largest.abs()
         });
+        let through = others.next();
         let mine = gaps.minima.into_iter().filter(|minimum| minimum.surface == self.surface);
         // Where the slope at the start is rounding, no change of its sign shows a minimum there.
         let local = self.system.geometry(0).at(&full, &parameters);
@@ -409,12 +410,8 @@ impl<'a> Search<'a> {
 
     /// Newton's method on the extended system from an orbit's lowest point.
     fn touch_from(&self, orbit: &Periodic) -> Result<Option<Vec<f64>>, OrbitError> {
-        let Ok(root) = solve_either(
-            self.system,
-            &self.unknowns(&orbit.lowest.state, orbit.value, orbit.period),
-            1e-9,
-        )?
-        else {
+        let unknowns = self.unknowns(&orbit.lowest.state, orbit.value, orbit.period);
+        let Ok(root) = solve_either(self.system, &unknowns, 1e-9)? else {
             return Ok(None);
         };
         let state = &root[..self.system.dimension];
@@ -454,6 +451,11 @@ impl<'a> Search<'a> {
     /// Unknowns of the extended system; `period` is used only without a phase.
     fn unknowns(&self, state: &[f64], value: f64, period: f64) -> Vec<f64> {
         self.system.assemble(state, period, &[], &self.parameters(value))
+    }
+
+    /// Unknowns of the extended system at the start of an orbit.
+    fn unknowns_of(&self, orbit: &Periodic) -> Vec<f64> {
+        self.unknowns(&orbit.start, orbit.value, orbit.period)
     }
 
     /// Period of orbits of a system with a phase; 0 without one.
@@ -675,7 +677,7 @@ impl Search<'_> {
 }
 
 /// Minima of a surface's event function that follow a full state along a [`watching`] flow, at
-/// least `count` of them if there are as many; one at the state itself is left out.
+/// least [`RETURNS`] if there are as many; one at the state itself is left out.
 ///
 /// The time in which they come is not known: it is doubled from the time that the fastest component
 /// takes. A flow that ends before has those until then.
@@ -684,7 +686,6 @@ pub(super) fn next_minima(
     system: &ExtendedSystem,
     start: &[f64],
     parameters: &[f64],
-    count: usize,
 ) -> Result<Vec<Minimum>, OrbitError> {
     let surface = system.grazes.surfaces[0];
     let largest =
@@ -705,7 +706,7 @@ pub(super) fn next_minima(
         system.check_limit()?;
         found = gaps.minima;
         found.retain(|minimum| minimum.surface == surface);
-        if found.len() > count + 1 || gaps.steps > MOST_STEPS {
+        if found.len() > RETURNS + 1 || gaps.steps > MOST_STEPS {
             break;
         }
         horizon *= 2.0;
@@ -734,7 +735,7 @@ impl<'a> Family<'a> {
     /// The curve through an orbit, with a unit of the parameter.
     fn through(search: &'a Search<'a>, first: &Periodic, unit: f64) -> Self {
         let system = search.system;
-        let unknowns = search.unknowns(&first.start, first.value, first.period);
+        let unknowns = search.unknowns_of(first);
         let (length, residual_units) = system.state_units(&unknowns);
         let held = HeldComponent::of(system, &unknowns, &residual_units);
         Self {
@@ -772,8 +773,7 @@ impl<'a> Family<'a> {
     /// Unknowns of an orbit, and the direction in which the parameter changes.
     fn start(&self, first: &Periodic, side: f64) -> [Vec<f64>; 2] {
         let states = self.search.system.states;
-        let unknowns = self.search.unknowns(&first.start, first.value, first.period);
-        let unknowns = self.held.remove(unknowns);
+        let unknowns = self.held.remove(self.search.unknowns_of(first));
         let mut along = unit_vector(states + 1, states);
         along[states] = side;
         [self.system().in_units(&unknowns), along]

@@ -218,14 +218,14 @@ impl Search<'_> {
 
     /// Whether an orbit is an equilibrium, to rounding.
     fn is_at_rest(&self, orbit: &Periodic) -> bool {
-        let unknowns = self.unknowns(&orbit.start, orbit.value, orbit.period);
+        let unknowns = self.unknowns_of(orbit);
         let rates = self.system.geometry(0).at(&orbit.start, &self.parameters(orbit.value)).flow();
         let way = rates.iter().fold(0.0, |most: f64, rate| most.max(rate.abs())) * orbit.period;
         way <= AT_REST * self.system.length(&unknowns)
     }
 
     fn next_minima(&self, start: &[f64], value: f64) -> Result<Vec<Minimum>, OrbitError> {
-        next_minima(&self.watching, self.system, start, &self.parameters(value), RETURNS)
+        next_minima(&self.watching, self.system, start, &self.parameters(value))
     }
 
     /// Whether a multiplier of an orbit lies outside of the unit circle, by more than rounding.
@@ -342,7 +342,7 @@ impl Family<'_> {
 
     /// Whether another component is to be held on the way to the next orbits.
     fn is_oblique(&self, orbit: &Periodic) -> bool {
-        let unknowns = self.search.unknowns(&orbit.start, orbit.value, orbit.period);
+        let unknowns = self.search.unknowns_of(orbit);
         self.held.is_oblique(self.search.system, &unknowns, &self.residual_units)
     }
 
