@@ -342,8 +342,8 @@ impl<'a> Search<'a> {
         held.remove(units)
     }
 
-    /// Periodic orbit through unknowns of the extended system, with its lowest point; `None` without
-    /// a period or a minimum of the gap.
+    /// Periodic orbit through unknowns of the extended system, with its lowest point; `None`
+    /// without a period or a minimum of the gap.
     fn described(&self, value: f64, mut full: Vec<f64>) -> Option<Periodic> {
         let parameters = self.parameters(value);
         let period = match self.scene.model.phase {
