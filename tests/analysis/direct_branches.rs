@@ -935,28 +935,35 @@ fn flights_are_made_in_a_range_far_from_the_graze() {
     assert!(found.branches.iter().any(stable), "{found:?}");
 }
 
-/// A stiff stop, `x'' = ... - 2000 d - 6 x'` at the depth `d`, lets go within half a period of its
-/// own motion, `pi / sqrt(2000 - 9)`, as the free motion is slow and leads away from it.
-#[test]
-fn a_contact_is_counted_once_in_the_time_of_contact() {
-    let text = r#"
+/// The oscillator `x'' = A cos(omega t) - 0.1 x' - x - 0.4 x^3` with a stop at 1 of some response.
+fn duffing(response: &str) -> Scene {
+    let text = format!(
+        r#"
 [model]
 states = ["x", "v"]
-parameters = { A = 0.14, omega = 1.1 }
-phase = { name = "theta", rate = "omega", period = "2*pi" }
-flow = { x = "v", v = "A*cos(theta) - 0.1*v - x - 0.4*x^3" }
+parameters = {{ A = 0.14, omega = 1.1 }}
+phase = {{ name = "theta", rate = "omega", period = "2*pi" }}
+flow = {{ x = "v", v = "A*cos(theta) - 0.1*v - x - 0.4*x^3" }}
 [[model.surface]]
 name = "stop"
 event = "1 - x"
-contact = { v = "free - 2000*d - 6*v" }
+{response}
 [grazing]
 solve_for = "A"
 [window]
 depth = 1e-3
-state = { x = 2e-3, theta = 0.02 }
-parameter = { A = 2e-3 }
-"#;
-    let map = map_of(scene_of(text));
+state = {{ x = 2e-3, theta = 0.02 }}
+parameter = {{ A = 2e-3 }}
+"#
+    );
+    scene_of(&text)
+}
+
+/// A stiff stop, `x'' = ... - 2000 d - 6 x'` at the depth `d`, lets go within half a period of its
+/// own motion, `pi / sqrt(2000 - 9)`, as the free motion is slow and leads away from it.
+#[test]
+fn a_contact_is_counted_once_in_the_time_of_contact() {
+    let map = map_of(duffing(r#"contact = { v = "free - 2000*d - 6*v" }"#));
     let found = branches(&map, &["1"], [0.01, 0.15], true);
     let times = observed(map.scene(), map.orbit(), &found, BranchObservable::ContactTime);
     let times = times.expect("a simulation").concat();
@@ -993,24 +1000,8 @@ fn hits_between_grazes_count_in_the_impact_speed_of_a_branch_and_not_of_a_diagra
 
 #[test]
 fn a_branch_point_has_the_orbit_of_its_flip() {
-    let text = r#"
-[model]
-states = ["x", "v"]
-parameters = { A = 0.14, omega = 1.1 }
-phase = { name = "theta", rate = "omega", period = "2*pi" }
-flow = { x = "v", v = "A*cos(theta) - 0.1*v - x - 0.4*x^3" }
-[[model.surface]]
-name = "stop"
-event = "1 - x"
-impact = { v = "-0.8*v" }
-[grazing]
-solve_for = "A"
-[window]
-depth = 1e-3
-state = { x = 2e-3, theta = 0.02 }
-parameter = { A = 2e-3 }
-"#;
-    let found = branches(&map_of(scene_of(text)), &["1", "11"], [0.05, 0.5], true);
+    let scene = duffing(r#"impact = { v = "-0.8*v" }"#);
+    let found = branches(&map_of(scene), &["1", "11"], [0.05, 0.5], true);
     let flips = labelled(&found, BranchLabel::PeriodDoubling);
     let doubled = labelled(&found, BranchLabel::BranchPoint);
     let [flip, doubled] = [&flips, &doubled].map(|found| found.first().expect("a point"));

@@ -14,7 +14,7 @@ use crate::analysis::{
 use crate::iteration::OrbitEnd;
 use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
-use crate::orbit::{ClearInterval, IntervalEnd, clear_interval, rigid_stops_beyond};
+use crate::orbit::{IntervalEnd, clear_interval, rigid_stops_beyond};
 use crate::pipeline::keys::{KeyError, finite};
 #[cfg(feature = "cli")]
 use crate::pipeline::options::shares;
@@ -115,16 +115,20 @@ impl SafeKeys {
         PartProgress::announce(progress, parts);
         // The verdict is of the orbit that grazes where the scene's own parameter is adjusted.
         let searched = part(progress);
-        let followed = Followed::new(scene, adjusted)?;
+        let nominal = clear_interval(scene, adjusted, None)??;
         drop(searched);
         let mut intervals = Vec::new();
         for parameter in listed {
             let _part = part(progress);
-            intervals.push(followed.interval(scene, parameter)?);
+            let ends = match parameter == adjusted {
+                true => nominal.ends.clone(),
+                false => clear_interval(scene, parameter, Some(&nominal.start))??.ends,
+            };
+            intervals.push(interval(scene, parameter, ends));
         }
         let tolerance = match tolerances.is_empty() {
             true => None,
-            false => Some(followed.tolerance_box(scene, &tolerances, &corners, progress)?),
+            false => Some(tolerance_box(scene, &nominal.start, &tolerances, &corners, progress)?),
         };
         let found = match self.points {
             0 => FoundAttractors::default(),
@@ -140,9 +144,9 @@ impl SafeKeys {
             .filter(|(at, _)| *at != grazed && !scene.grazing.hits.surfaces.contains(at));
         let listing = SafetyListing {
             surface: surface.clone(),
-            clears: followed.clears,
-            unstable: followed.unstable,
-            through: followed.through.map(|other| scene.model.surfaces[other].name.clone()),
+            clears: nominal.clears(),
+            unstable: nominal.unstable,
+            through: nominal.through.map(|other| scene.model.surfaces[other].name.clone()),
             others: others.map(|(_, other)| other.name.clone()).collect(),
             intervals,
             tolerance,
@@ -168,109 +172,89 @@ fn part(progress: &dyn Progress) -> PartProgress<'_> {
     PartProgress::new(progress, 1)
 }
 
-/// The orbit whose safety is told.
-struct Followed {
-    clears: bool,
-    /// Another surface beyond which the orbit goes.
-    through: Option<usize>,
-    unstable: bool,
-    /// Full state on the orbit.
-    start: Vec<f64>,
+/// Interval of a parameter, about the scene's value, in which the orbit neither grazes nor ends
+/// as far as was found.
+fn interval(scene: &Scene, parameter: usize, ends: [Option<IntervalEnd>; 2]) -> SafeInterval {
+    let value = scene.model.parameters[parameter].value.to_f64();
+    let name = scene.model.parameters[parameter].name.clone();
+    let mut interval = SafeInterval { parameter: name, value, ..SafeInterval::default() };
+    let [below, above] = ends;
+    for (end, graze, fold) in [
+        (below, &mut interval.below, &mut interval.fold_below),
+        (above, &mut interval.above, &mut interval.fold_above),
+    ] {
+        match end {
+            Some(IntervalEnd::Graze { value, .. }) => *graze = Some(value),
+            Some(IntervalEnd::Fold { value }) => *fold = Some(value),
+            None => {}
+        }
+    }
+    interval
 }
 
-impl Followed {
-    /// Orbit that the free flow settles on at a scene's values.
-    fn new(scene: &Scene, adjusted: usize) -> Result<Self, Error> {
-        let found = clear_interval(scene, adjusted, None)??;
-        let clears = found.gap >= 0.0 && found.through.is_none();
-        let ClearInterval { through, unstable, start, .. } = found;
-        Ok(Self { clears, through, unstable, start })
-    }
-
-    /// Interval of a parameter, about the scene's value, in which the orbit neither grazes nor ends
-    /// as far as was found.
-    fn interval(&self, scene: &Scene, parameter: usize) -> Result<SafeInterval, Error> {
-        let value = scene.model.parameters[parameter].value.to_f64();
-        let name = scene.model.parameters[parameter].name.clone();
-        let mut interval = SafeInterval { parameter: name, value, ..SafeInterval::default() };
-        let [below, above] = clear_interval(scene, parameter, Some(&self.start))??.ends;
-        for (end, graze, fold) in [
-            (below, &mut interval.below, &mut interval.fold_below),
-            (above, &mut interval.above, &mut interval.fold_above),
-        ] {
-            match end {
-                Some(IntervalEnd::Graze { value, .. }) => *graze = Some(value),
-                Some(IntervalEnd::Fold { value }) => *fold = Some(value),
-                None => {}
-            }
+/// Whether all of a box of tolerances is clear of the stop: on the edge along its first
+/// parameter at every corner of the others, and through its middle.
+fn tolerance_box(
+    scene: &Scene,
+    start: &[f64],
+    tolerances: &[(usize, f64)],
+    corners: &[Vec<(usize, f64)>],
+    progress: &dyn Progress,
+) -> Result<ToleranceBox, Error> {
+    let (first, share) = tolerances[0];
+    let own = scene.model.parameters[first].value.to_f64();
+    let mut ends = [own * (1.0 - share), own * (1.0 + share)];
+    ends.sort_by(f64::total_cmp);
+    let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
+    let (mut touched, mut folds) = (Vec::new(), Vec::new());
+    for corner in corners {
+        let _part = part(progress);
+        let mut scene = scene.clone();
+        for &(parameter, value) in corner {
+            scene.model.parameters[parameter].value = Dd::from(value);
         }
-        Ok(interval)
-    }
-
-    /// Whether all of a box of tolerances is clear of the stop: on the edge along its first
-    /// parameter at every corner of the others, and through its middle.
-    fn tolerance_box(
-        &self,
-        scene: &Scene,
-        tolerances: &[(usize, f64)],
-        corners: &[Vec<(usize, f64)>],
-        progress: &dyn Progress,
-    ) -> Result<ToleranceBox, Error> {
-        let (first, share) = tolerances[0];
-        let own = scene.model.parameters[first].value.to_f64();
-        let mut ends = [own * (1.0 - share), own * (1.0 + share)];
-        ends.sort_by(f64::total_cmp);
-        let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
-        let (mut touched, mut folds) = (Vec::new(), Vec::new());
-        for corner in corners {
-            let _part = part(progress);
-            let mut scene = scene.clone();
-            for &(parameter, value) in corner {
-                scene.model.parameters[parameter].value = Dd::from(value);
-            }
-            if let Some(trouble) = self.first_trouble(&scene, first, ends)? {
-                let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
-                let own = std::iter::once((name(first), trouble.value()));
-                let listed = match trouble {
-                    IntervalEnd::Graze { .. } => &mut touched,
-                    IntervalEnd::Fold { .. } => &mut folds,
-                };
-                listed.push(Named::new(own.chain(values)));
-            }
+        if let Some(trouble) = first_trouble(&scene, start, first, ends)? {
+            let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
+            let own = std::iter::once((name(first), trouble.value()));
+            let listed = match trouble {
+                IntervalEnd::Graze { .. } => &mut touched,
+                IntervalEnd::Fold { .. } => &mut folds,
+            };
+            listed.push(Named::new(own.chain(values)));
         }
-        let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
-        let tolerances = Named::new(tolerances);
-        Ok(ToleranceBox { tolerances, edges: corners.len(), touched, folds })
     }
+    let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
+    let tolerances = Named::new(tolerances);
+    Ok(ToleranceBox { tolerances, edges: corners.len(), touched, folds })
+}
 
-    /// First place between two ends of a parameter at which the scene's orbit is clear no more:
-    /// the nearest at which it touches the stop or lies beyond it, else at which it ends.
-    fn first_trouble(
-        &self,
-        scene: &Scene,
-        parameter: usize,
-        ends: [f64; 2],
-    ) -> Result<Option<IntervalEnd>, Error> {
-        let own = scene.model.parameters[parameter].value.to_f64();
-        let Ok(found) = clear_interval(scene, parameter, Some(&self.start))? else {
-            return Ok(Some(IntervalEnd::Fold { value: own }));
-        };
-        let is_inside = |end: &IntervalEnd| (ends[0]..=ends[1]).contains(&end.value());
-        let inside = found.ends.into_iter().flatten().filter(is_inside);
-        let order = |end: &IntervalEnd| {
-            (matches!(end, IntervalEnd::Fold { .. }), (end.value() - own).abs())
-        };
-        let nearest = inside.min_by(|a, b| {
-            let (a, b) = (order(a), order(b));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        Ok(match (found.gap >= 0.0 && found.through.is_none(), nearest) {
-            (false, None | Some(IntervalEnd::Fold { .. })) => {
-                Some(IntervalEnd::Graze { value: own, state: found.start })
-            }
-            (_, nearest) => nearest,
-        })
-    }
+/// First place between two ends of a parameter at which the scene's orbit is clear no more:
+/// the nearest at which it touches the stop or lies beyond it, else at which it ends.
+fn first_trouble(
+    scene: &Scene,
+    start: &[f64],
+    parameter: usize,
+    ends: [f64; 2],
+) -> Result<Option<IntervalEnd>, Error> {
+    let own = scene.model.parameters[parameter].value.to_f64();
+    let Ok(found) = clear_interval(scene, parameter, Some(start))? else {
+        return Ok(Some(IntervalEnd::Fold { value: own }));
+    };
+    let clears = found.clears();
+    let is_inside = |end: &IntervalEnd| (ends[0]..=ends[1]).contains(&end.value());
+    let inside = found.ends.into_iter().flatten().filter(is_inside);
+    let order =
+        |end: &IntervalEnd| (matches!(end, IntervalEnd::Fold { .. }), (end.value() - own).abs());
+    let nearest = inside.min_by(|a, b| {
+        let (a, b) = (order(a), order(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    Ok(match (clears, nearest) {
+        (false, None | Some(IntervalEnd::Fold { .. })) => {
+            Some(IntervalEnd::Graze { value: own, state: found.start })
+        }
+        (_, nearest) => nearest,
+    })
 }
 
 /// Values of the tolerated parameters but the first: at the scene's values and at every corner.

@@ -291,8 +291,7 @@ impl<'a> CurveContext<'a> {
         let passages = points(self.scene, self.system(), &passed.touches, &exact)?;
         let state = passed.touches[0].state.clone();
         let local = self.system().geometry(0).at(&state, parameters);
-        let forced = self.scene.model.phase.is_some();
-        let monodromy = across_flow(&round(&passed.legs), &local, forced);
+        let monodromy = across_flow(&round(&passed.legs), &local);
         let discriminant = (monodromy.shape() == (2, 2)).then(|| {
             let half_difference = (monodromy[(0, 0)] - monodromy[(1, 1)]) * 0.5;
             let product = monodromy[(0, 1)] * monodromy[(1, 0)];

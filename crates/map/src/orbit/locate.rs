@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::effort::Effort;
 use super::free_flow::{Corners, Gaps, Minimum, each_step, gaps, watching};
 use super::grazing_orbit::{Grazes, GrazingOrbit, Location, check_field};
-use super::monodromy::{across_flow, full_monodromy, multipliers};
+use super::monodromy::orbit_multipliers;
 use super::newton::NewtonFailure;
 use super::outcome::{NamedValues, NotLocated, OrbitError, settled};
 use super::passages::{SAME, describe, disorder, further_graze, in_order};
@@ -576,10 +576,7 @@ impl<'a> Diagnosis<'a> {
     fn multiplier_nearest_one(&self) -> [f64; 2] {
         let state = &self.unknowns[..self.system.dimension];
         let period = self.system.period(self.unknowns);
-        let full = full_monodromy(self.system, state, &self.parameters, period);
-        let local = self.system.geometry(0).at(state, &self.parameters);
-        let forced = self.scene.model.phase.is_some();
-        let found = full.and_then(|full| multipliers(&across_flow(&full, &local, forced)));
+        let found = orbit_multipliers(self.system, state, &self.parameters, period);
         let distance = |value: &[f64; 2]| (value[0] - 1.0).hypot(value[1]);
         found
             .unwrap_or_default()

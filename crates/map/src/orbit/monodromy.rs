@@ -91,19 +91,15 @@ pub(super) fn on_section<S: Real>(
 /// Its eigenvalues are the multipliers, whatever the section. The coordinate `j` left out is the
 /// phase, or that of the largest velocity without one; unlike the projection on a tangency
 /// section, nothing is singular where `h''` vanishes.
-pub(super) fn across_flow<S: Real>(
-    full: &DMatrix<S>,
-    local: &LocalGeometry<'_, S>,
-    forced: bool,
-) -> DMatrix<S> {
+pub(super) fn across_flow<S: Real>(full: &DMatrix<S>, local: &LocalGeometry<'_, S>) -> DMatrix<S> {
     let (dimension, flow) = (local.dimension(), local.flow());
     let fastest = (0..dimension).max_by(|&a, &b| {
         let [a, b] = [a, b].map(|at| flow[at].abs().to_f64());
         a.total_cmp(&b)
     });
-    let along = match forced {
-        true => dimension - 1,
-        false => fastest.unwrap_or_default(),
+    let along = match local.clock() {
+        Some(_) => dimension - 1,
+        None => fastest.unwrap_or_default(),
     };
     let kept: Vec<usize> = (0..dimension).filter(|&at| at != along).collect();
     DMatrix::from_fn(kept.len(), kept.len(), |row, column| {
@@ -116,6 +112,17 @@ pub(super) fn across_flow<S: Real>(
 pub(super) fn multipliers<S: Real>(matrix: &DMatrix<S>) -> Result<Vec<[f64; 2]>, OrbitError> {
     let values = eigenvalues(matrix)?;
     Ok(values.iter().map(|value| [value.re, value.im]).collect())
+}
+
+/// Multipliers of the periodic orbit through a full state, the largest first.
+pub(super) fn orbit_multipliers(
+    system: &ExtendedSystem,
+    state: &[f64],
+    parameters: &[f64],
+    period: f64,
+) -> Result<Vec<[f64; 2]>, OrbitError> {
+    let full = full_monodromy(system, state, parameters, period)?;
+    multipliers(&across_flow(&full, &system.geometry(0).at(state, parameters)))
 }
 
 /// Derivatives of the flow from every passage to the next; the last leg ends at the first

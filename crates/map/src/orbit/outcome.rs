@@ -408,7 +408,6 @@ fn function_words(function: &str) -> String {
     }
 }
 
-/// Description of the state of the free flow after the last period.
 /// Kind of periodic orbit that is looked for, by the surfaces that it hits.
 fn motion(hits: &[String]) -> String {
     match hits {

@@ -108,7 +108,7 @@ fn of_orbit(
         returns: (time / frame.duration() - ROUNDING).ceil() as usize,
         samples: SAMPLES,
     };
-    let found = match observable {
+    let value = match observable {
         BranchObservable::Amplitude => amplitude(scene, orbit, &mut request, frame.surface())?,
         BranchObservable::ContactTime => {
             // A contact that begins within the period may end after it.
@@ -121,7 +121,7 @@ fn of_orbit(
             events.map(|events| events.impact_speed())
         }
     };
-    Ok(found.unwrap_or(f64::NAN))
+    Ok(value.unwrap_or(f64::NAN))
 }
 
 /// Half the range of a surface's gap along a motion, on samples that grow in number until it stays;

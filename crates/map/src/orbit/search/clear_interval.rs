@@ -11,7 +11,7 @@ use crate::numeric::Dd;
 use crate::orbit::effort::Effort;
 use crate::orbit::free_flow::Minimum;
 use crate::orbit::grazing_orbit::Grazes;
-use crate::orbit::monodromy::{across_flow, full_monodromy, multipliers};
+use crate::orbit::monodromy::orbit_multipliers;
 use crate::orbit::outcome::{NotLocated, OrbitError, Stop, settled};
 use crate::orbit::system::ExtendedSystem;
 
@@ -32,6 +32,11 @@ pub struct ClearInterval {
 }
 
 impl ClearInterval {
+    /// Whether the orbit at the value goes beyond no surface.
+    pub fn clears(&self) -> bool {
+        self.gap >= 0.0 && self.through.is_none()
+    }
+
     /// A scene at the nearer end that is a graze, with a guess there; the interval is that of the
     /// first adjusted parameter about the scene's value.
     pub(in crate::orbit) fn at_graze(&self, scene: &Scene) -> Option<Scene> {
@@ -131,7 +136,9 @@ pub fn clear_interval(
         }
         *end = visit.found;
     }
-    let unstable = search.is_unstable(&first)?;
+    // What was spent to settle is no reason to refuse the multipliers.
+    let system = limited();
+    let unstable = Search::new(&scene, &system, parameter).is_unstable(&first)?;
     let (gap, through) = (first.lowest.event, first.through);
     Ok(Ok(ClearInterval { start: first.start, gap, through, unstable, ends }))
 }
@@ -231,9 +238,7 @@ impl Search<'_> {
     /// Whether a multiplier of an orbit lies outside of the unit circle, by more than rounding.
     fn is_unstable(&self, orbit: &Periodic) -> Result<bool, OrbitError> {
         let parameters = self.parameters(orbit.value);
-        let full = full_monodromy(self.system, &orbit.start, &parameters, orbit.period)?;
-        let local = self.system.geometry(0).at(&orbit.start, &parameters);
-        let found = multipliers(&across_flow(&full, &local, self.scene.model.phase.is_some()))?;
+        let found = orbit_multipliers(self.system, &orbit.start, &parameters, orbit.period)?;
         Ok(found.first().is_some_and(|[re, im]| re.hypot(*im) > 1.0 + SETTLED))
     }
 
