@@ -49,7 +49,7 @@ pub(super) enum Command {
     Derivatives(Asked<DerivativesKeys>),
     /// Find springs and dampers with a restitution, and the error of a rigid stop in their place
     Contact(ContactArguments),
-    /// Tell whether the orbit is clear of the stop, and how far parameters may go
+    /// Tell whether the orbit is clear of every stop, and how far parameters may go
     Safe(Asked<SafeKeys>),
     /// Follow the grazing curve in two parameters, with its codimension-two points
     Curve(CurveArguments),

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::figure::{Axis, Figure, Guide, Marker, Series, Stroke, symbol};
 use super::orbit_listing::{ConditionsListing, surface_of};
-use super::table::counted;
+use super::table::{counted, quoted};
 use super::{Named, Table};
 use crate::model::Scene;
 use crate::numeric::Shown;
@@ -431,6 +431,11 @@ pub struct MarginListing {
     /// Euclidean norm of the changes in units of their scales; negative if the free orbit passes
     /// the stop at the scene's values.
     pub margin: f64,
+    /// Stop that is grazed.
+    pub surface: String,
+    /// Stops whose nearest graze was not found.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub others: Vec<String>,
     /// Parameters that change.
     pub changes: Vec<MarginParameter>,
     /// All parameters at the nearest graze.
@@ -479,8 +484,10 @@ pub struct MarginEnd {
 const ROUNDING: f64 = 1e-28;
 
 impl MarginListing {
-    /// Listing of a scene's margin.
-    pub fn new(scene: &Scene, margin: &Margin) -> Self {
+    /// Listing of a scene's margin from a stop; `lost` are the stops whose nearest graze was not
+    /// found.
+    pub fn new(scene: &Scene, margin: &Margin, stop: usize, lost: &[usize]) -> Self {
+        let surface = |stop: usize| scene.model.surfaces[stop].name.clone();
         let names = scene.model.parameter_names();
         let change = |(number, &parameter): (usize, &usize)| MarginParameter {
             parameter: names[parameter].to_owned(),
@@ -502,6 +509,8 @@ impl MarginListing {
         let sensitivities = margin.sensitivities.iter().map(|slope| sign * slope + 0.0);
         Self {
             margin: sign * margin.distance,
+            surface: surface(stop),
+            others: lost.iter().map(|&stop| surface(stop)).collect(),
             changes: margin.parameters.iter().enumerate().map(change).collect(),
             parameters: Named::new(
                 names.iter().copied().zip(margin.nearest.iter().map(|value| value.to_f64())),
@@ -535,16 +544,24 @@ impl MarginListing {
             let pairs = pairs.map(|(name, value)| format!("{name} = {value:.digits$e}"));
             pairs.collect::<Vec<_>>().join(", ")
         };
+        let surface = &self.surface;
+        let side = if self.clears { "positive: clear of" } else { "negative: beyond" };
         let mut text = format!(
-            "margin {:.12e}: the smallest change that grazes, in the scales below; {}\n\n{}\n",
+            "margin {:.12e}: the smallest change that grazes, in the scales below; {side} \
+             `{surface}`\n\n{}\n",
             self.margin,
-            if self.clears { "positive: clear of the stop" } else { "negative: beyond the stop" },
             self.table().to_text()
         );
-        text.push_str(match self.clears {
-            true => "at the scene's values the free orbit stays clear of the stop\n",
-            false => "at the scene's values the free orbit would go beyond the stop\n",
+        text.push_str(&match self.clears {
+            true => format!("at the scene's values the free orbit stays clear of `{surface}`\n"),
+            false => {
+                format!("at the scene's values the free orbit would go beyond `{surface}`\n")
+            }
         });
+        if !self.others.is_empty() {
+            let others = quoted(&self.others);
+            text.push_str(&format!("no graze of {others} was found from this orbit\n"));
+        }
         text.push_str(
             "other attractors are not looked for: one that hits the stop may exist beside this \
              orbit; `basin`, and `branch` by direct simulation, find those\n",

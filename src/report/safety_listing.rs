@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::figure::{Annotation, Axis, AxisScale, Figure, Guide, Marker, Series, Stroke, symbol};
-use super::table::significant;
+use super::table::{quoted, significant};
 use super::{Cell, Column, Named, Page, Provenance, Section, Table};
 use crate::analysis::branches::BranchLabel;
 use crate::model::Scene;
@@ -25,16 +25,18 @@ const BELOW: f64 = 0.25;
 /// Answer of `safe`.
 #[derive(Clone, Debug, Serialize)]
 pub struct SafetyListing {
-    /// Name of the stop.
+    /// Name of the stop that the scene's orbit grazes.
     pub surface: String,
-    /// Whether the orbit of the free flight is clear of the stop at the scene's values.
+    /// Stops that intervals and boxes count, that one first.
+    pub stops: Vec<String>,
+    /// Whether the orbit of the free flight is clear of every stop at the scene's values.
     pub clears: bool,
     /// Whether the orbit is unstable at the scene's values: a motion leaves it.
     pub unstable: bool,
     /// Another stop beyond which the orbit goes at the scene's values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub through: Option<String>,
-    /// Other stops, which intervals and boxes do not count.
+    /// Stops that intervals and boxes do not count, since their grazes could not be followed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub others: Vec<String>,
     /// Intervals without contact, one per parameter.
@@ -69,6 +71,12 @@ pub struct SafeInterval {
     pub fold_below: Option<f64>,
     /// Value above at which the orbit ends in a fold before it grazes.
     pub fold_above: Option<f64>,
+    /// Stop that is grazed below; `None` without a graze there or if there is only one stop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop_below: Option<String>,
+    /// Stop that is grazed above; `None` as for the one below.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop_above: Option<String>,
 }
 
 /// Box of tolerances.
@@ -79,8 +87,11 @@ pub struct ToleranceBox {
     /// Number of edges along the first parameter that were looked at: at the corners of the other
     /// parameters, and through the middle.
     pub edges: usize,
-    /// Values at which the orbit touches the stop or lies beyond it, one per edge where it does.
+    /// Values at which the orbit touches a stop or lies beyond it, one per edge where it does.
     pub touched: Vec<Named<f64>>,
+    /// Stops touched there, in the same order; empty if there is only one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stops: Vec<String>,
     /// Values at which the orbit ends in a fold, one per edge where it does and is not known to
     /// touch.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -176,24 +187,29 @@ impl SafetyListing {
                 |interval| interval.fold_above,
             );
         }
+        let stops = |interval: &SafeInterval| {
+            interval.stop_below.is_some() || interval.stop_above.is_some()
+        };
+        if self.intervals.iter().any(stops) {
+            let named = |stop: &Option<String>| stop.as_ref().map_or(Cell::Missing, Cell::text);
+            table = table
+                .column(Column::text("stop below"), move |interval| named(&interval.stop_below))
+                .column(Column::text("stop above"), move |interval| named(&interval.stop_above));
+        }
         table.made()
     }
 
-    /// Stop of the verdict: the one beyond which the orbit goes, or that which it grazes.
-    fn met(&self) -> &str {
-        self.through.as_ref().unwrap_or(&self.surface)
-    }
-
-    /// Whether the orbit is clear of the stop, in words.
+    /// Whether the orbit is clear of the stops, in words.
     fn verdict(&self, scene: &str) -> String {
-        let surface = self.met();
         let words = match self.clears {
             true => {
-                format!("`{scene}` is clear of `{surface}`: its periodic orbit does not touch\n")
+                let stops = quoted(&self.stops);
+                format!("`{scene}` is clear of {stops}: its periodic orbit does not touch\n")
             }
             false => format!(
-                "`{scene}` is not clear of `{surface}`: without the stop its periodic orbit would \
-                 go beyond it\n"
+                "`{scene}` is not clear of `{}`: without the stop its periodic orbit would go \
+                 beyond it\n",
+                self.through.as_ref().unwrap_or(&self.surface)
             ),
         };
         let unstable = match self.unstable {
@@ -207,7 +223,7 @@ impl SafetyListing {
     pub fn text(&self, scene: &str) -> String {
         let mut text = self.verdict(scene);
         if let Some(tolerance) = &self.tolerance {
-            text.push_str(&tolerance.words(self.met()));
+            text.push_str(&tolerance.words(&self.surface));
         }
         let heading = if self.clears { "without contact" } else { "between grazes" };
         text.push_str(&format!(
@@ -236,11 +252,9 @@ impl SafetyListing {
         if self.others.is_empty() {
             return String::new();
         }
-        let names: Vec<String> = self.others.iter().map(|name| format!("`{name}`")).collect();
         format!(
-            "grazes of `{}` alone; for those of {} set `grazing.surface`\n",
-            self.surface,
-            names.join(", ")
+            "grazes of {} could not be followed: set `grazing.surface` and a guess for them\n",
+            quoted(&self.others)
         )
     }
 
@@ -421,7 +435,7 @@ impl SafetyListing {
             ..Provenance::default()
         };
         let tolerance = self.tolerance.as_ref();
-        let tolerance = tolerance.map_or_else(String::new, |allowed| allowed.words(self.met()));
+        let tolerance = tolerance.map_or_else(String::new, |allowed| allowed.words(&self.surface));
         let verdict = format!("{}{tolerance}", self.verdict(&scene.identifier));
         let words = "Intervals about the scene’s values, one row for each parameter: GR, a \
                      graze; an interval that reaches the edge has no known end. Below them the \
@@ -455,8 +469,9 @@ impl SafetyListing {
 }
 
 impl ToleranceBox {
-    /// Verdict on the box.
+    /// Verdict on the box; `surface` is the stop where there is only one.
     fn words(&self, surface: &str) -> String {
+        let surface = self.stops.first().map_or(surface, String::as_str);
         let pair =
             |(name, share): &(String, f64)| format!("{name} ± {} %", significant(100.0 * share, 3));
         let sizes: Vec<String> = self.tolerances.0.iter().map(pair).collect();

@@ -572,6 +572,15 @@ fn exponent_of(scientific: &str) -> i32 {
     scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
+/// Names in quotes, in a sentence: "`a`", "`a` and `b`", "`a`, `b` and `c`".
+pub(super) fn quoted(names: &[String]) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match names.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => names.concat(),
+    }
+}
+
 /// Count of things: `1 file`, `2 files`, `2 branches`.
 pub fn counted(count: usize, thing: &str) -> String {
     let hisses = ["s", "x", "z", "ch", "sh"].iter().any(|end| thing.ends_with(end));

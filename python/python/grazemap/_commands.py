@@ -802,7 +802,7 @@ def safe(
     points: int = 16,
     progress: Progress | bool | None = None,
 ) -> Safety:
-    """Tell whether the orbit is clear of the stop, and how far parameters may go.
+    """Tell whether the orbit is clear of every stop, and how far parameters may go.
 
     Parameters
     ----------

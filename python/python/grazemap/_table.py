@@ -563,7 +563,7 @@ class Nearest(Table):
 
     @property
     def clears(self) -> bool:
-        """Whether the orbit is clear of the stop at the scene's values."""
+        """Whether the orbit is clear of every stop at the scene's values."""
         return bool(self.document["clears"])
 
     @property
@@ -585,7 +585,7 @@ class Safety(Table):
 
     @property
     def clears(self) -> bool:
-        """Tell whether the orbit is clear of the stop at the scene's values."""
+        """Tell whether the orbit is clear of every stop at the scene's values."""
         return bool(self.document["clears"])
 
     @property

@@ -2,9 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::stops::{grazing, stops};
 use crate::analysis::{PartProgress, Progress};
 use crate::model::Scene;
-use crate::orbit::{self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, MarginOutcome};
+use crate::orbit::{
+    self, CurveEnd, CurveOptions, CurveOutcome, GrazingCurve, Margin, MarginOutcome,
+};
 use crate::pipeline::keys::{KeyError, finite};
 use crate::pipeline::{Answer, Ended, Error, parameter_number};
 use crate::report::{
@@ -124,14 +127,33 @@ impl NearestKeys {
             let place = place.ok_or_else(|| KeyError::NotNearest { name: name.clone() })?;
             scales[place] = *scale;
         }
-        let watch = whole(progress);
-        let watch = |share| watch.reach(share);
-        let outcome = orbit::watched_margin(scene, &parameters, &scales, &watch)?;
-        let margin = match outcome {
-            MarginOutcome::Found(margin) => margin,
-            MarginOutcome::NotLocated(reason) => return Err(reason.into()),
+        let stops = stops(scene);
+        PartProgress::announce(progress, stops.len());
+        let margin_of = |scene: &Scene| {
+            let part = PartProgress::new(progress, 1);
+            let watch = |share| part.reach(share);
+            orbit::watched_margin(scene, &parameters, &scales, &watch)
         };
-        let listing = MarginListing::new(scene, &margin);
+        let mut nearest = match margin_of(scene)? {
+            MarginOutcome::Found(margin) => Ok((stops[0], margin)),
+            MarginOutcome::NotLocated(reason) => Err(reason),
+        };
+        let mut lost = Vec::new();
+        // A stop that the orbit goes beyond comes before all others.
+        let order = |margin: &Margin| (margin.clears, margin.distance);
+        for &stop in &stops[1..] {
+            match margin_of(&grazing(scene, stop)) {
+                Ok(MarginOutcome::Found(margin)) => {
+                    let known = nearest.as_ref().ok();
+                    if known.is_none_or(|(_, known)| order(&margin) < order(known)) {
+                        nearest = Ok((stop, margin));
+                    }
+                }
+                _ => lost.push(stop),
+            }
+        }
+        let (stop, margin) = nearest?;
+        let listing = MarginListing::new(scene, &margin, stop, &lost);
         let (text, table) = (listing.text(), listing.table());
         let document = to_json(&Document::new(DocumentKind::Margin, scene, listing))?;
         Ok(Answer::new("margin", text, document, table))

@@ -13,6 +13,7 @@ mod direct;
 mod fit;
 mod orbits;
 mod safe;
+mod stops;
 
 use serde::Deserialize;
 

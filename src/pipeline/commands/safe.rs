@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::stops::{grazing, stops};
 use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::diagram::Sweep;
 use crate::analysis::{
@@ -12,9 +13,11 @@ use crate::analysis::{
     escape_bounds,
 };
 use crate::iteration::OrbitEnd;
-use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
+use crate::model::{
+    DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection, Symmetry,
+};
 use crate::numeric::Dd;
-use crate::orbit::{IntervalEnd, clear_interval, rigid_stops_beyond};
+use crate::orbit::{ClearInterval, IntervalEnd, clear_interval, rigid_stops_beyond};
 use crate::pipeline::keys::{KeyError, finite};
 #[cfg(feature = "cli")]
 use crate::pipeline::options::shares;
@@ -44,6 +47,9 @@ const KEPT: usize = 64;
 
 /// Difference of impact speeds, relative above 1, within which two orbits of one name are one.
 const SAME_SPEED: f64 = 1e-6;
+
+/// Difference of distances, relative, within which the ends of two stops are one, as by symmetry.
+const SAME_END: f64 = 1e-9;
 
 /// Attractors that are followed, those with the largest shares, and the longest period in returns.
 const FOLLOWED: usize = 8;
@@ -117,37 +123,37 @@ impl SafeKeys {
         let searched = part(progress);
         let nominal = clear_interval(scene, adjusted, None)??;
         drop(searched);
+        let mut stops = StopsToClear { counted: stops(scene), lost: Vec::new() };
         let mut intervals = Vec::new();
         for parameter in listed {
             let _part = part(progress);
-            let ends = match parameter == adjusted {
-                true => nominal.ends.clone(),
-                false => clear_interval(scene, parameter, Some(&nominal.start))??.ends,
+            let first = match parameter == adjusted {
+                true => nominal.clone(),
+                false => clear_interval(scene, parameter, Some(&nominal.start))??,
             };
-            intervals.push(interval(scene, parameter, ends));
+            let ends = stops.nearest(scene, parameter, &first);
+            intervals.push(stops.interval(scene, parameter, ends));
         }
         let tolerance = match tolerances.is_empty() {
             true => None,
-            false => Some(tolerance_box(scene, &nominal.start, &tolerances, &corners, progress)?),
+            false => {
+                Some(stops.tolerance_box(scene, &nominal.start, &tolerances, &corners, progress)?)
+            }
         };
         let found = match self.points {
             0 => FoundAttractors::default(),
             points => attractors(scene, adjusted, points as usize, progress)?,
         };
-        let grazed = scene.grazing.passages[0];
-        let surface = &scene.model.surfaces[grazed].name;
-        let others = scene
-            .model
-            .surfaces
-            .iter()
-            .enumerate()
-            .filter(|(at, _)| *at != grazed && !scene.grazing.hits.surfaces.contains(at));
+        let named = |stops: &[usize]| {
+            stops.iter().map(|&stop| scene.model.surfaces[stop].name.clone()).collect()
+        };
         let listing = SafetyListing {
-            surface: surface.clone(),
+            surface: scene.model.surfaces[scene.grazing.passages[0]].name.clone(),
+            stops: named(&stops.counted),
             clears: nominal.clears(),
             unstable: nominal.unstable,
             through: nominal.through.map(|other| scene.model.surfaces[other].name.clone()),
-            others: others.map(|(_, other)| other.name.clone()).collect(),
+            others: named(&stops.lost),
             intervals,
             tolerance,
             attractors: found.attractors,
@@ -172,89 +178,155 @@ fn part(progress: &dyn Progress) -> PartProgress<'_> {
     PartProgress::new(progress, 1)
 }
 
-/// Interval of a parameter, about the scene's value, in which the orbit neither grazes nor ends
-/// as far as was found.
-fn interval(scene: &Scene, parameter: usize, ends: [Option<IntervalEnd>; 2]) -> SafeInterval {
-    let value = scene.model.parameters[parameter].value.to_f64();
-    let name = scene.model.parameters[parameter].name.clone();
-    let mut interval = SafeInterval { parameter: name, value, ..SafeInterval::default() };
-    let [below, above] = ends;
-    for (end, graze, fold) in [
-        (below, &mut interval.below, &mut interval.fold_below),
-        (above, &mut interval.above, &mut interval.fold_above),
-    ] {
-        match end {
-            Some(IntervalEnd::Graze { value, .. }) => *graze = Some(value),
-            Some(IntervalEnd::Fold { value }) => *fold = Some(value),
-            None => {}
-        }
-    }
-    interval
+/// Stops that the orbit is to be clear of.
+struct StopsToClear {
+    /// Stops whose grazes are found: first the one that the scene's orbit grazes.
+    counted: Vec<usize>,
+    /// Stops along whose grazes the orbit could not be followed.
+    lost: Vec<usize>,
 }
 
-/// Whether all of a box of tolerances is clear of the stop: on the edge along its first
-/// parameter at every corner of the others, and through its middle.
-fn tolerance_box(
-    scene: &Scene,
-    start: &[f64],
-    tolerances: &[(usize, f64)],
-    corners: &[Vec<(usize, f64)>],
-    progress: &dyn Progress,
-) -> Result<ToleranceBox, Error> {
-    let (first, share) = tolerances[0];
-    let own = scene.model.parameters[first].value.to_f64();
-    let mut ends = [own * (1.0 - share), own * (1.0 + share)];
-    ends.sort_by(f64::total_cmp);
-    let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
-    let (mut touched, mut folds) = (Vec::new(), Vec::new());
-    for corner in corners {
-        let _part = part(progress);
-        let mut scene = scene.clone();
-        for &(parameter, value) in corner {
-            scene.model.parameters[parameter].value = Dd::from(value);
-        }
-        if let Some(trouble) = first_trouble(&scene, start, first, ends)? {
-            let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
-            let own = std::iter::once((name(first), trouble.value()));
-            let listed = match trouble {
-                IntervalEnd::Graze { .. } => &mut touched,
-                IntervalEnd::Fold { .. } => &mut folds,
+/// End of the interval of a parameter, and the stop that is grazed there.
+type StopEnd = (IntervalEnd, usize);
+
+impl StopsToClear {
+    /// Nearest ends of the interval of a parameter, whichever stop is grazed there, from the
+    /// interval of the first stop.
+    fn nearest(
+        &mut self,
+        scene: &Scene,
+        parameter: usize,
+        first: &ClearInterval,
+    ) -> [Option<StopEnd>; 2] {
+        let own = scene.model.parameters[parameter].value.to_f64();
+        let of = |found: &ClearInterval, stop: usize| {
+            found.ends.clone().map(|end| end.map(|end| (end, stop)))
+        };
+        let mut nearest = of(first, self.counted[0]);
+        for at in (1..self.counted.len()).rev() {
+            let stop = self.counted[at];
+            let scene = grazing(scene, stop);
+            let Ok(Ok(found)) = clear_interval(&scene, parameter, Some(&first.start)) else {
+                self.lost.push(self.counted.remove(at));
+                continue;
             };
-            listed.push(Named::new(own.chain(values)));
+            let distance = |end: &StopEnd| (end.0.value() - own).abs();
+            for (nearest, end) in nearest.iter_mut().zip(of(&found, stop)) {
+                let Some(end) = end else { continue };
+                let known = nearest.as_ref().map_or(f64::INFINITY, distance);
+                if distance(&end) < (1.0 - SAME_END) * known {
+                    *nearest = Some(end);
+                }
+            }
         }
+        nearest
     }
-    let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
-    let tolerances = Named::new(tolerances);
-    Ok(ToleranceBox { tolerances, edges: corners.len(), touched, folds })
-}
 
-/// First place between two ends of a parameter at which the scene's orbit is clear no more:
-/// the nearest at which it touches the stop or lies beyond it, else at which it ends.
-fn first_trouble(
-    scene: &Scene,
-    start: &[f64],
-    parameter: usize,
-    ends: [f64; 2],
-) -> Result<Option<IntervalEnd>, Error> {
-    let own = scene.model.parameters[parameter].value.to_f64();
-    let Ok(found) = clear_interval(scene, parameter, Some(start))? else {
-        return Ok(Some(IntervalEnd::Fold { value: own }));
-    };
-    let clears = found.clears();
-    let is_inside = |end: &IntervalEnd| (ends[0]..=ends[1]).contains(&end.value());
-    let inside = found.ends.into_iter().flatten().filter(is_inside);
-    let order =
-        |end: &IntervalEnd| (matches!(end, IntervalEnd::Fold { .. }), (end.value() - own).abs());
-    let nearest = inside.min_by(|a, b| {
-        let (a, b) = (order(a), order(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
-    Ok(match (clears, nearest) {
-        (false, None | Some(IntervalEnd::Fold { .. })) => {
-            Some(IntervalEnd::Graze { value: own, state: found.start })
+    /// Interval of a parameter, about the scene's value, in which the orbit neither grazes nor ends
+    /// as far as was found.
+    fn interval(
+        &self,
+        scene: &Scene,
+        parameter: usize,
+        ends: [Option<StopEnd>; 2],
+    ) -> SafeInterval {
+        let value = scene.model.parameters[parameter].value.to_f64();
+        let name = scene.model.parameters[parameter].name.clone();
+        let mut interval = SafeInterval { parameter: name, value, ..SafeInterval::default() };
+        let [below, above] = ends;
+        for (end, graze, fold, at) in [
+            (below, &mut interval.below, &mut interval.fold_below, &mut interval.stop_below),
+            (above, &mut interval.above, &mut interval.fold_above, &mut interval.stop_above),
+        ] {
+            match end {
+                Some((IntervalEnd::Graze { value, .. }, stop)) => {
+                    *graze = Some(value);
+                    *at = self.name_of(scene, stop);
+                }
+                Some((IntervalEnd::Fold { value }, _)) => *fold = Some(value),
+                None => {}
+            }
         }
-        (_, nearest) => nearest,
-    })
+        interval
+    }
+
+    /// Name of a stop; `None` where there is only one.
+    fn name_of(&self, scene: &Scene, stop: usize) -> Option<String> {
+        let several = self.counted.len() + self.lost.len() > 1;
+        several.then(|| scene.model.surfaces[stop].name.clone())
+    }
+
+    /// Whether all of a box of tolerances is clear of the stops: on the edge along its first
+    /// parameter at every corner of the others, and through its middle.
+    fn tolerance_box(
+        &mut self,
+        scene: &Scene,
+        start: &[f64],
+        tolerances: &[(usize, f64)],
+        corners: &[Vec<(usize, f64)>],
+        progress: &dyn Progress,
+    ) -> Result<ToleranceBox, Error> {
+        let (first, share) = tolerances[0];
+        let own = scene.model.parameters[first].value.to_f64();
+        let mut ends = [own * (1.0 - share), own * (1.0 + share)];
+        ends.sort_by(f64::total_cmp);
+        let name = |parameter: usize| scene.model.parameters[parameter].name.clone();
+        let (mut touched, mut stops, mut folds) = (Vec::new(), Vec::new(), Vec::new());
+        for corner in corners {
+            let _part = part(progress);
+            let mut scene = scene.clone();
+            for &(parameter, value) in corner {
+                scene.model.parameters[parameter].value = Dd::from(value);
+            }
+            if let Some((trouble, stop)) = self.first_trouble(&scene, start, first, ends)? {
+                let values = corner.iter().map(|&(parameter, value)| (name(parameter), value));
+                let own = std::iter::once((name(first), trouble.value()));
+                let values = Named::new(own.chain(values));
+                match trouble {
+                    IntervalEnd::Graze { .. } => {
+                        touched.push(values);
+                        stops.extend(self.name_of(&scene, stop));
+                    }
+                    IntervalEnd::Fold { .. } => folds.push(values),
+                }
+            }
+        }
+        let tolerances = tolerances.iter().map(|&(parameter, share)| (name(parameter), share));
+        let tolerances = Named::new(tolerances);
+        Ok(ToleranceBox { tolerances, edges: corners.len(), touched, stops, folds })
+    }
+
+    /// First place between two ends of a parameter at which the scene's orbit is clear no more:
+    /// the nearest at which it touches a stop or lies beyond it, else at which it ends.
+    fn first_trouble(
+        &mut self,
+        scene: &Scene,
+        start: &[f64],
+        parameter: usize,
+        ends: [f64; 2],
+    ) -> Result<Option<StopEnd>, Error> {
+        let own = scene.model.parameters[parameter].value.to_f64();
+        let grazed = self.counted[0];
+        let Ok(found) = clear_interval(scene, parameter, Some(start))? else {
+            return Ok(Some((IntervalEnd::Fold { value: own }, grazed)));
+        };
+        let is_inside = |(end, _): &StopEnd| (ends[0]..=ends[1]).contains(&end.value());
+        let nearest = self.nearest(scene, parameter, &found);
+        let inside = nearest.into_iter().flatten().filter(is_inside);
+        let order = |(end, _): &StopEnd| {
+            (matches!(end, IntervalEnd::Fold { .. }), (end.value() - own).abs())
+        };
+        let nearest = inside.min_by(|a, b| {
+            let (a, b) = (order(a), order(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let is_graze = matches!(nearest, Some((IntervalEnd::Graze { .. }, _)));
+        if found.clears() || is_graze {
+            return Ok(nearest);
+        }
+        let stop = found.through.unwrap_or(grazed);
+        Ok(Some((IntervalEnd::Graze { value: own, state: found.start }, stop)))
+    }
 }
 
 /// Values of the tolerated parameters but the first: at the scene's values and at every corner.

@@ -2,6 +2,7 @@
 //! options ask for, and the commands in groups.
 
 use std::f64::consts::PI;
+use std::fs;
 
 use grazemap::Scene;
 use grazemap::hybrid::{HybridSystem, Simulator};
@@ -195,6 +196,82 @@ fn safe_tells_the_sides_of_a_closed_form() {
         let wrong = grazemap(folder.path(), &[&["safe", "linear"][..], &wrong].concat());
         assert_eq!(wrong.status.code(), Some(2));
     }
+}
+
+/// Linear oscillator with a constant force between two stops, of which the scene's orbit grazes the
+/// farther one.
+const BETWEEN_STOPS: &str = r#"
+[model]
+name = "linear oscillator between two stops"
+states = ["x", "v"]
+parameters = { zeta = 0.05, omega = 1.8, alpha = 2.0, b = 0.1, d = 2.0, e = 1.2, r = 0.7 }
+
+[model.phase]
+name = "theta"
+rate = "omega"
+period = "2*pi"
+
+[model.flow]
+x = "v"
+v = "-x - 2*zeta*v + b + alpha*cos(theta)"
+
+[[model.surface]]
+name = "right"
+event = "d - x"
+impact = { v = "-r*v" }
+
+[[model.surface]]
+name = "left"
+event = "e + x"
+impact = { v = "-r*v" }
+
+[grazing]
+surface = "right"
+solve_for = "alpha"
+
+[section]
+kind = "tangency"
+
+[expansion]
+active = ["alpha", "b", "d", "e"]
+smooth_order = 2
+contact_weight = 3
+"#;
+
+#[test]
+fn safe_and_the_nearest_graze_count_every_stop() {
+    let folder = scratch();
+    fs::write(folder.path().join("between.toml"), BETWEEN_STOPS).expect("a file");
+    let ask = |command: &[&str]| json(folder.path(), &[command, &["--json", "-", "-q"]].concat());
+    let safe = ask(&["safe", "between.toml", "--points", "0", "--tolerance", "alpha=60%,b=1%"]);
+    // x = b + a cos(ωt + ...), a = alpha/|1 − ω² + 2iζω|.
+    let resistance = (1.0 - 1.8_f64 * 1.8).hypot(2.0 * 0.05 * 1.8);
+    let amplitude = 2.0 / resistance;
+    assert_eq!((&safe["clears"], &safe["stops"]), (&true.into(), &["right", "left"].into()));
+    let end = |parameter: &str, side: &str, stop: &str| {
+        let intervals = safe["intervals"].as_array().expect("a list");
+        let of = intervals.iter().find(|one| one["parameter"] == parameter).expect("an interval");
+        assert_eq!(of[format!("stop_{side}")], stop, "{parameter}");
+        of[side].as_f64().expect("a graze")
+    };
+    for (found, exact) in [
+        (end("alpha", "above", "left"), 1.3 * resistance),
+        (end("b", "above", "right"), 2.0 - amplitude),
+        (end("d", "below", "right"), amplitude + 0.1),
+        (end("e", "below", "left"), amplitude - 0.1),
+    ] {
+        assert!((found - exact).abs() < 1e-12, "{found}, {exact}");
+    }
+    let touched = safe["tolerance"]["touched"].as_array().expect("a list");
+    assert_eq!(touched.len(), 3, "{safe}");
+    assert_eq!(safe["tolerance"]["stops"], ["left", "left", "left"].into());
+    let nearest = ask(&["curve", "between.toml", "--nearest", "alpha"]);
+    assert_eq!((&nearest["surface"], &nearest["clears"]), (&"left".into(), &true.into()));
+    let change = nearest["changes"][0]["change"].as_f64().expect("a number");
+    assert!((change - (1.3 * resistance - 2.0)).abs() < 1e-12, "{change}");
+    // Beyond the left stop and clear of the right one, whose graze is nearer.
+    let beyond = ask(&["curve", "between.toml", "--nearest", "alpha", "--set", "alpha=3.7"]);
+    assert_eq!((&beyond["surface"], &beyond["clears"]), (&"left".into(), &false.into()));
 }
 
 #[test]
