@@ -150,7 +150,7 @@ fn number_at(offset: u64) -> MemArg {
 /// Source of a kernel input.
 #[derive(Clone, Copy)]
 enum Input {
-    /// Local, the first of one per register.
+    /// Group of consecutive locals of WebAssembly, one for each register: index of the first.
     Local(u32),
     /// Array element: local that holds the address, and index.
     Memory(u32, u32),
@@ -316,7 +316,7 @@ fn input(number: u32, states: &[u32]) -> Input {
 /// Value for every register.
 #[derive(Clone, Copy)]
 enum Operand {
-    /// Local, the first of one per register.
+    /// Group of consecutive locals of WebAssembly, one for each register: index of the first.
     Local(u32),
     /// Array element: local that holds the address, and index.
     Memory(u32, u32),

@@ -129,7 +129,7 @@ pub enum Error {
         tolerance: f64,
         /// Orders of the best map.
         orders: MapOrders,
-        /// Error of the best map.
+        /// Largest error of the best map on the sample of its window; `None` if it is not finite.
         error: Option<f64>,
         /// Number format of the best map.
         precision: FloatFormat,

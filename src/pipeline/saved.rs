@@ -212,7 +212,8 @@ struct SavedOrbit<O> {
     orbit: O,
 }
 
-/// Saved map without its listing.
+/// Part of a map's document that is read back; the listing for people stands beside it. The types
+/// are references when it is written, and owned values when it is read.
 #[derive(Serialize, Deserialize)]
 struct SavedMap<O, V, C, E, M> {
     source: SavedScene,

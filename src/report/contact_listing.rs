@@ -128,7 +128,8 @@ impl StopNames {
         text
     }
 
-    /// Force of a stop, whether it is a sum, and the states that it pushes.
+    /// Expression of a stop's force in the penetration and its rate, as a scene has it, and whether it
+    /// is a sum, which needs parentheses as a factor.
     fn force(&self, stop: &SoftStop) -> (String, bool) {
         let power = match stop.exponent == 1.0 {
             true => self.depth.to_owned(),

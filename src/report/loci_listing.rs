@@ -221,7 +221,8 @@ impl LociListing {
         if self.using == "direct" {
             text.push_str(
                 "\nphysical parts, looked for along branches of direct simulation at five values \
-                 of the first parameter, and at the map's loci; tangencies are the map's\n",
+                 of the first parameter and two of the second, and at the map's loci; tangencies \
+                 are the map's\n",
             );
             if !self.has_grazes() {
                 text.push_str(

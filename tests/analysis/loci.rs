@@ -4,6 +4,7 @@ use grazemap::Map;
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::loci::{CodimensionTwo, Loci, LociRequest, Locus, LocusKind};
 use grazemap::analysis::periodic::ContactItinerary;
+use grazemap::model::catalogue;
 use grazemap::numeric::Dd;
 use grazemap::prelude::{FindGraze, Scene};
 
@@ -112,6 +113,42 @@ fn tangencies_from_jets_are_those_of_the_closed_form() {
     let loci = found(&map, &["10"], &[LocusKind::Fold, LocusKind::Flip], 1e-5, false);
     let kinds = checked_tangencies(&map, &loci, [0.02, 0.9]);
     assert_eq!(kinds, [LocusKind::Fold, LocusKind::Flip].map(|kind| (kind, "10".to_owned())));
+}
+
+#[test]
+fn a_locus_along_which_the_first_parameter_is_constant_is_found() {
+    // `s` moves the oscillator and its stop: it changes no amplitude.
+    let mut text = catalogue::text("linear_codim2").expect("a scene").to_owned();
+    for (old, new) in [
+        ("zeta*v - x", "zeta*v - (x - s)"),
+        ("delta - x", "delta + s - x"),
+        ("delta = 1.0,", "delta = 1.0, s = 0.0,"),
+        (r#"active = ["alpha", "omega"]"#, r#"active = ["alpha", "s"]"#),
+        ("omega = 1e-3 }", "s = 1e-3 }"),
+        ("1.9974984355438178915780382328058", "1.9995"),
+    ] {
+        assert!(text.contains(old), "{old}");
+        text = text.replace(old, new);
+    }
+    let map = map_of(parsed(&text, "moved", &[("", ""); 0]));
+    let [omega, zeta, r] = ["1.9995", "0.05", "0.8"].map(|value| value.parse().expect("a number"));
+    let flip = (Foale::new(omega, zeta, r, 1).flip() - map.local().parameters[0].value).to_f64();
+    for direct in [false, true] {
+        let request = LociRequest {
+            plane: [0, 1],
+            range: [-1e-3, 1e-3],
+            at: vec![0.0, 0.0],
+            kinds: vec![LocusKind::Flip],
+            itineraries: vec![ContactItinerary::parse("1", 1).expect("digits")],
+            direct,
+        };
+        let loci = map.loci(&request, &NoProgress).expect("loci");
+        let locus = of_kind(&loci, LocusKind::Flip, "1");
+        let inside = locus.points.iter().filter(|point| point.inside);
+        let errors = inside.clone().map(|point| (point.parameters[0] - flip).abs());
+        let error = errors.fold(0.0, f64::max);
+        assert!(inside.count() > 20 && error < 1e-13, "{direct}: {error:e}, {flip:e}");
+    }
 }
 
 #[test]

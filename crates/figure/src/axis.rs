@@ -190,7 +190,7 @@ pub(super) struct Ticks {
     pub(super) power: i32,
 }
 
-/// Ticks of named rows.
+/// Ticks of named rows, the first on top: row `i` lies at `−i`.
 pub(super) fn row_ticks(names: &[String]) -> Ticks {
     let tick =
         |(number, name): (usize, &String)| Tick { place: -(number as f64), text: name.clone() };

@@ -283,7 +283,8 @@ fn usual(counts: impl Iterator<Item = u32>) -> u32 {
     counts.get((counts.len() * 19 / 20).min(counts.len().saturating_sub(1))).copied().unwrap_or(1)
 }
 
-/// Level of density of a cell: logarithmic in its count, up to the usual one.
+/// Index into [`DENSITIES`] for a cell with `count` dots: it grows with the logarithm of the count,
+/// and is the last one from the count `full` on.
 fn density_level(count: u32, full: u32) -> usize {
     let last = DENSITIES.len() - 1;
     let share = f64::from(count).ln_1p() / f64::from(full).ln_1p();

@@ -236,7 +236,8 @@ const DEFAULT_PASSAGES: usize = 2;
 #[cfg_attr(feature = "cli", derive(clap::Args))]
 #[serde(default, deny_unknown_fields)]
 pub struct LociKeys {
-    /// The two active parameters of the plane.
+    /// The two active parameters of the plane; the second is followed over four times as many
+    /// half-widths of its window as the first.
     #[serde(alias = "in")]
     #[cfg_attr(
         feature = "cli",

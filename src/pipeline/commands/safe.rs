@@ -13,9 +13,7 @@ use crate::analysis::{
     escape_bounds,
 };
 use crate::iteration::OrbitEnd;
-use crate::model::{
-    DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection, Symmetry,
-};
+use crate::model::{DiagramRequest, Method, Observable, Scene, Spacing, Starts, SweepDirection};
 use crate::numeric::Dd;
 use crate::orbit::{ClearInterval, IntervalEnd, clear_interval, rigid_stops_beyond};
 use crate::pipeline::keys::{KeyError, finite};

@@ -178,7 +178,8 @@ impl Settled<'_> {
             && apart(&reduced(&orbit.state, state), state) / size < SETTLED
     }
 
-    /// Returns from a section point; `None` if one of them ends early.
+    /// The first [`LONGEST`] returns from a section point; `None` if one fails, does not end in free
+    /// flight, or begins at a stop or beyond it.
     fn returns(&self, state: &[f64], is_tangency: bool, period: f64) -> Option<Vec<Returned>> {
         let mut returns: Vec<Returned> = Vec::new();
         let mut orbit = self.simulator.clone();

@@ -37,11 +37,11 @@ pub struct Tally {
     pub ended: usize,
     /// Number of returns that the independent simulator gives up.
     pub unjudged: usize,
-    /// Number of values of diagrams checked.
+    /// Number of parameter values of diagrams that were checked.
     pub attractors: usize,
     /// Number of periods confirmed.
     pub periodic: usize,
-    /// Number of values of diagrams without an image.
+    /// Number of parameter values of diagrams at which a point of the orbit has no image.
     pub no_image: usize,
     /// Number of scenes without a map, and thus without a diagram.
     pub no_map: usize,

@@ -249,7 +249,8 @@ impl<S: Scalar> Jet<S> {
         euler
     }
 
-    /// Builds a jet degree by degree; `part(k, u, out)` finds the lower parts of the result in `u`.
+    /// Builds a jet degree by degree: `part(k, u, out)` writes the part of degree `k` to `out`, and
+    /// reads the parts of lower degrees from `u`.
     pub(super) fn build(
         space: &Arc<JetSpace>,
         mut part: impl FnMut(usize, &[S], &mut [S]),

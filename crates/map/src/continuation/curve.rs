@@ -132,7 +132,7 @@ struct Resolution {
     /// Test functions (indices) that may have more zeros, each with the place; `None` is the whole
     /// step.
     unresolved: Vec<(usize, Option<f64>)>,
-    /// Whether a shorter step would resolve more.
+    /// Whether the samples are too few to find all zeros on a step of this length.
     too_long: bool,
 }
 

@@ -112,8 +112,8 @@ impl<'a> ExactReturns<'a> {
         Ok((image, self.direct.steps() * self.products))
     }
 
-    /// Image of a point in double precision, if it can be compared, and its cost in products of
-    /// series in double-double.
+    /// Image of a point by simulation in double precision, `None` if it cannot be compared, and the
+    /// work: the number of products of series in double-double that would take as long.
     pub(super) fn rounded_image(
         &mut self,
         point: &SamplePoint,

@@ -399,9 +399,10 @@ impl Run<'_> {
         Period::Periodic((1..period).find(is_approached).unwrap_or(period))
     }
 
-    /// Period that the run approaches. States a period apart agree to `tolerance` and come closer
-    /// from the first half of the run to the second; each half holds the period at least once. A
-    /// divisor of the period that is approached too is the period, as in [`period`](Self::period).
+    /// Least period that the run approaches. States a period apart agree to `tolerance`, and come
+    /// closer from the first half of the run to the second; each half holds the period at least
+    /// once. If the run approaches a divisor of it too, the least such divisor is the result, as in
+    /// [`period`](Self::period).
     fn approached(&self, tolerance: f64) -> Period {
         let approaches = |&shift: &usize| {
             let pairs = self.count() - shift;

@@ -211,8 +211,8 @@ const MOST_STEPS: usize = 1_000_000;
 const MOST_PRODUCTS: usize = 20 * MOST_STEPS;
 /// Most events of one flight.
 const MOST_EVENTS: usize = 256;
-/// Longest stay beyond a surface that counts as a graze where the surface is also hit, as a share
-/// of the forcing period.
+/// Longest stay beyond a surface, as a share of the forcing period, that passes for a graze and not
+/// for a hit, for surfaces that the orbit both hits and grazes.
 pub const BRIEF: f64 = 0.05;
 /// Longest chatter, in times in which the acceleration towards the stop changes by itself: of what
 /// is left where a rest is certain, and of all of it from the first impact.
@@ -240,7 +240,8 @@ impl PiecewiseFlow {
         Self::build(scene, graph, (watched, false), parameters)
     }
 
-    /// The flow of a scene; the functions watched for the caller may be looked at all along a step.
+    /// The flow of a scene, which evaluates the functions `watched` for the caller: anywhere on a
+    /// step if `all_along`, otherwise only where a step begins.
     fn build(
         scene: &Scene,
         mut graph: ExpressionGraph,

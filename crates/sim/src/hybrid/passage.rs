@@ -218,10 +218,11 @@ pub(super) struct TaylorFlight<'s, S: Real> {
 }
 
 impl<'s, S: Real> TaylorFlight<'s, S> {
-    /// `watches` is the number of watched functions; `direction` is 1, or −1 for a backward flight.
+    /// Step of Taylor's method, cut where a watched function is no longer resolved; `watches` is
+    /// their number, and `direction` is 1, or −1 for a backward flight.
     ///
-    /// NOTE: the watched functions limit the step as well: a state at rest on a surface is a
-    /// polynomial of any length, while the force that will release it is not.
+    /// NOTE: the states alone do not limit a step at rest on a surface: their series ends, so that
+    /// a step of any length is exact. The series of the force that ends the rest does not.
     pub(super) fn new(step: Step<'s, S>, watches: usize, direction: f64) -> Self {
         let length = (0..watches)
             .fold(step.length.to_f64(), |length, watch| length.min(step.watched_length(2 * watch)));

@@ -319,7 +319,8 @@ fn absorbed(links: &[Option<[Value; 3]>], uses: &[usize]) -> Vec<bool> {
 /// Derivatives of an input in every direction.
 type Seed<'a> = &'a dyn Fn(&mut KernelBuilder, u32) -> Vec<Value>;
 
-/// Whether a direction exchanges the factors of a multiply-add, by operation and direction.
+/// Tells, by index of an operation and of a direction, whether the derivative of the multiply-add
+/// `a b + c` in that direction is formed as that of `b a + c`, which rounds in another order.
 type Turned<'a> = &'a dyn Fn(usize, usize) -> bool;
 
 impl Kernel {

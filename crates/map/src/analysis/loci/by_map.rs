@@ -6,7 +6,7 @@ use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint, Tangency}
 use super::equations::{CodimensionTwo, Condition, LocusEquations, begins_smoothly};
 use super::tangency::TangencyPoint;
 use super::trace::{
-    ClosedOrbits, LocusPiece, LocusSeed, SAME, SEEDED_AT, SearchedLocus, TracePoint, TracedLocus,
+    ClosedOrbits, LocusPiece, LocusSeed, SAME, SearchedLocus, SeedLine, TracePoint, TracedLocus,
     beside, condition_of, is_stable, through, through_seed,
 };
 use crate::analysis::MapEvaluation;
@@ -29,7 +29,7 @@ const MOST_WORK: u64 = 1_000_000_000;
 /// Largest depth variables and states along loci, in their units.
 const REACH: f64 = 2.0;
 const FARTHEST: f64 = 20.0;
-/// Values of the second parameter at which orbits with several contacts are looked for, in
+/// Values of the parameter along a line at which orbits with several contacts are looked for, in
 /// half-widths.
 const LOOKED_AT: [f64; 4] = [-0.5, -0.1, 0.1, 0.5];
 /// Distances from a codimension-two point at which a tangency is fitted: the largest, in units, and
@@ -124,15 +124,16 @@ impl<'a> MapLoci<'a> {
         }
         let simple = found.traces.len();
         let mut seeds: Vec<LocusSeed> = Vec::new();
-        self.progress.expect((self.request.itineraries.len() * SEEDED_AT.len()) as u64);
+        // NOTE: the first range in the order in which it is asked for.
+        let lines = SeedLine::of_plane([self.request.range, self.free[1].1]);
+        self.progress.expect((self.request.itineraries.len() * lines.len()) as u64);
         for (number, itinerary) in self.request.itineraries.iter().enumerate() {
             if itinerary.contacts() == 1 {
                 seeds.extend(self.seeds_at_conditions(&found.traces[..simple], itinerary));
             }
-            for (at, share) in SEEDED_AT.into_iter().enumerate() {
-                let value = self.request.value(share);
+            for (at, &line) in lines.iter().enumerate() {
                 let place = [LocusPiece::Seeds as u64, number as u64, at as u64];
-                let look = || self.seeds_at(&found.traces[..simple], itinerary, value);
+                let look = || self.seeds_along(&found.traces[..simple], itinerary, line);
                 seeds.extend(resumed(self.progress, &place, look));
                 self.progress.advance(1);
             }
@@ -171,26 +172,28 @@ impl<'a> MapLoci<'a> {
         seeds.collect()
     }
 
-    /// Orbits at a value of the first parameter, in units, from which the branches of an itinerary
-    /// in the second parameter are followed.
+    /// Orbits on a line of the plane, in units, from which the branches of an itinerary along it
+    /// are followed.
     fn starts(
         &self,
         grazes: &[TracedLocus],
         itinerary: &ContactItinerary,
         equations: &MapOrbitEquations<'_, f64>,
-        value: f64,
+        SeedLine { held, value }: SeedLine,
     ) -> Vec<Vec<f64>> {
-        let [first, second] = self.request.plane;
+        let [held_parameter, moved_parameter] =
+            [held, 1 - held].map(|place| self.request.plane[place]);
         let d = self.map.dimension();
         if itinerary.contacts() == 1 {
             let made = itinerary.returns()[0];
-            let unit = self.rounded(itinerary).units()[d + 1];
+            let place = d + 1 + held;
+            let unit = self.rounded(itinerary).units()[place];
             let crossing = |pair: &[TracePoint]| {
-                let [a, b] = [&pair[0], &pair[1]].map(|point| point.unknowns[d + 1] * unit - value);
+                let [a, b] = [&pair[0], &pair[1]].map(|point| point.unknowns[place] * unit - value);
                 (a * b <= 0.0 && a != b).then(|| {
                     let at = between(&pair[0].unknowns, &pair[1].unknowns, a / (a - b));
                     let mut start = at[..d + 1].to_vec();
-                    start.push(at[d + 2]);
+                    start.push(at[d + 2 - held]);
                     start
                 })
             };
@@ -199,12 +202,12 @@ impl<'a> MapLoci<'a> {
                 .flat_map(|graze| graze.points.windows(2).filter_map(crossing))
                 .collect();
         }
-        let width = self.map.window.parameter[second];
+        let width = self.map.window.parameter[moved_parameter];
         let mut starts = Vec::new();
         for share in LOOKED_AT {
             let mut parameters = self.request.at.clone();
-            parameters[first] = value;
-            parameters[second] = share * width;
+            parameters[held_parameter] = value;
+            parameters[moved_parameter] = share * width;
             for orbit in self.search.orbits(itinerary, &parameters) {
                 let state = converted(&orbit.orbit.states[0]);
                 let depths = converted(&orbit.depth_variables);
@@ -214,18 +217,20 @@ impl<'a> MapLoci<'a> {
         starts
     }
 
-    /// Seeds on the branches of an itinerary at a value of the first parameter.
-    fn seeds_at(
+    /// Seeds on the branches of an itinerary along a line of the plane.
+    fn seeds_along(
         &self,
         grazes: &[TracedLocus],
         itinerary: &ContactItinerary,
-        value: f64,
+        line: SeedLine,
     ) -> Vec<LocusSeed> {
-        let [first, second] = self.request.plane;
+        let SeedLine { held, value } = line;
+        let [held_parameter, moved_parameter] =
+            [held, 1 - held].map(|place| self.request.plane[place]);
         let mut at = self.request.at.clone();
-        at[first] = value;
-        let mut equations = self.equations(&self.rounded, itinerary, &[second], &at);
-        let starts = self.starts(grazes, itinerary, &equations, value);
+        at[held_parameter] = value;
+        let mut equations = self.equations(&self.rounded, itinerary, &[moved_parameter], &at);
+        let starts = self.starts(grazes, itinerary, &equations, line);
         let mut seeds = Vec::new();
         let mut curves: Vec<Vec<Vec<f64>>> = Vec::new();
         for start in starts {
@@ -239,8 +244,8 @@ impl<'a> MapLoci<'a> {
                 for turn in &curve.turns {
                     let point = &curve.points[turn.point];
                     let mut unknowns = point.unknowns.clone();
-                    let unit = finite_or_one(self.map.window.parameter[first]);
-                    unknowns.insert(equations.first_parameter(), value / unit);
+                    let unit = finite_or_one(self.map.window.parameter[held_parameter]);
+                    unknowns.insert(equations.first_parameter() + held, value / unit);
                     seeds.extend(self.seed(itinerary, &equations, point, turn.test, unknowns));
                 }
             }

@@ -13,7 +13,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::data::{LociRequest, Locus, LocusEnd, LocusKind, LocusPoint};
 use super::equations::{CodimensionTwo, Condition, LocusEquations, OrbitEquations, Unfolding};
 use super::trace::{
-    ClosedOrbits, LocusPiece, LocusSeed, SAME, SEEDED_AT, SearchedLocus, TracePoint, TracedLocus,
+    ClosedOrbits, LocusPiece, LocusSeed, SAME, SearchedLocus, SeedLine, TracePoint, TracedLocus,
     condition_of, is_stable, through, through_seed,
 };
 use crate::analysis::branches::{
@@ -217,11 +217,13 @@ impl<'a> DirectLoci<'a> {
         by_map: &[Locus],
     ) -> Result<(Vec<Locus>, Vec<ContactItinerary>), AnalysisError> {
         let progress = self.progress;
-        progress.expect(SEEDED_AT.len() as u64 + 1);
+        // NOTE: the first range in the order in which it is asked for.
+        let lines = SeedLine::of_plane([self.request.range, self.plane.free[1].1]);
+        progress.expect(lines.len() as u64 + 1);
         let grazes: Vec<TracedLocus> = self.graze().into_iter().collect();
         progress.advance(1);
-        let found = parallel::try_map(SEEDED_AT.iter().enumerate(), |(number, &share)| {
-            let seeds = self.seeds_at(&grazes, self.request.value(share), number);
+        let found = parallel::try_map(lines.iter().enumerate(), |(number, &line)| {
+            let seeds = self.seeds_along(&grazes, line, number);
             progress.advance(1);
             seeds
         });
@@ -302,30 +304,29 @@ impl<'a> DirectLoci<'a> {
         seeds
     }
 
-    /// Seeds at the special points of the branches in the second parameter, at value `number` of
-    /// the first.
-    fn seeds_at(
+    /// Seeds at the special points of the branches along line `number` of the plane.
+    fn seeds_along(
         &self,
         grazes: &[TracedLocus],
-        value: f64,
+        line: SeedLine,
         number: usize,
     ) -> Result<Vec<LocusSeed>, AnalysisError> {
-        let [first, second] = self.request.plane;
+        let [held, along] = [line.held, 1 - line.held].map(|place| self.request.plane[place]);
         let mut at = self.request.at.clone();
-        at[first] = value;
-        at[second] = 0.0;
+        at[held] = line.value;
+        at[along] = 0.0;
         let asked = &self.request.itineraries;
         let request = BranchRequest {
             itineraries: asked.clone(),
             longest: asked.iter().map(ContactItinerary::period).max().unwrap_or(1),
-            along: second,
-            range: self.plane.free[1].1,
+            along,
+            range: self.plane.free[1 - line.held].1,
             at,
             direct: true,
             starts: Vec::new(),
         };
         let extent = Extent {
-            graze: grazes.iter().find_map(|graze| self.graze_at(graze, value)),
+            graze: grazes.iter().find_map(|graze| self.graze_at(graze, line)),
             ..Extent::to(Follow::All)
         };
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
@@ -337,12 +338,13 @@ impl<'a> DirectLoci<'a> {
         Ok(points.filter_map(|point| self.seed(point)).collect())
     }
 
-    /// Point at which a locus of grazes passes a value of the first parameter: section point and
-    /// second parameter, in offsets.
-    fn graze_at(&self, graze: &TracedLocus, value: f64) -> Option<(Vec<f64>, f64)> {
+    /// Point at which a locus of grazes crosses a line of the plane: section point and the
+    /// parameter along the line, in offsets.
+    fn graze_at(&self, graze: &TracedLocus, line: SeedLine) -> Option<(Vec<f64>, f64)> {
+        let SeedLine { held, value } = line;
         let mut equations = self.rounded(&graze.itinerary);
-        let place = equations.variables();
-        let wanted = value / self.plane.units.parameters[0];
+        let place = equations.variables() + held;
+        let wanted = value / self.plane.units.parameters[held];
         let pair = graze.points.windows(2).find(|pair| {
             let [a, b] = [&pair[0], &pair[1]].map(|point| point.unknowns[place] - wanted);
             a * b <= 0.0 && a != b
@@ -355,7 +357,7 @@ impl<'a> DirectLoci<'a> {
         let (found, _) = corrected(&mut locus, &guess, &guess, &normal)?;
         let there = equations.orbit_at(&found)?;
         let state = there.extra.states.into_iter().next()?;
-        Some((state, equations.parameters(&found)[self.request.plane[1]]))
+        Some((state, equations.parameters(&found)[self.request.plane[1 - held]]))
     }
 
     /// Seed at a special point of a branch.

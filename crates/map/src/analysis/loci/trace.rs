@@ -18,18 +18,40 @@ use crate::continuation::{
 };
 use crate::numeric::{Dd, Scalar, converted};
 
-/// Values of the first parameter at which branches are searched for seeds, as shares of its range.
-pub(super) const SEEDED_AT: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+/// Values of the first and of the second parameter at which branches in the other one are searched
+/// for seeds, as shares of its range. A locus along which the first parameter is constant crosses
+/// branches in that parameter alone.
+const SEEDED_AT: [&[f64]; 2] = [&[0.1, 0.3, 0.5, 0.7, 0.9], &[0.4, 0.6]];
 /// Largest distance of a seed from a locus that contains it.
 pub(super) const SAME: f64 = 1e-6;
 
 /// Step control along a locus.
 const STEPS: StepControl = StepControl { first: 0.01, longest: 0.2, ..StepControl::DEFAULT };
 
+/// Line in the plane along which a branch is searched for seeds.
+#[derive(Clone, Copy)]
+pub(super) struct SeedLine {
+    /// Place in the plane of the parameter that is held: 0 or 1.
+    pub(super) held: usize,
+    /// Its value.
+    pub(super) value: f64,
+}
+
+impl SeedLine {
+    /// Lines of a plane with these ranges of its parameters.
+    pub(super) fn of_plane(ranges: [[f64; 2]; 2]) -> Vec<Self> {
+        let lines = SEEDED_AT.iter().zip(ranges).enumerate();
+        let lines = lines.flat_map(|(held, (shares, [from, to]))| {
+            shares.iter().map(move |share| Self { held, value: from + share * (to - from) })
+        });
+        lines.collect()
+    }
+}
+
 /// Kinds of kept pieces of loci.
 #[derive(Clone, Copy)]
 pub(super) enum LocusPiece {
-    /// The seeds of an itinerary at a value of the first parameter.
+    /// The seeds of an itinerary along a line of the plane.
     Seeds,
     /// Result of the search from a seed.
     Trace,

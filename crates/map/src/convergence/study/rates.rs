@@ -61,7 +61,7 @@ const CLEAR: f64 = 1e3;
 
 /// Deviations of several sizes in several directions, with their exact images.
 pub(super) struct ScaledPoints {
-    /// Each size, in units of the window's edge, with the points of that size.
+    /// Sizes of the deviations, each with its points; size 1 reaches the edge of the window.
     sizes: Vec<(f64, Vec<ScaledPoint>)>,
 }
 

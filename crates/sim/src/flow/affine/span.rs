@@ -32,8 +32,7 @@ use super::nodes::{
 use super::rows::{RowTable, Rows, accumulate, padded};
 use crate::numeric::{Branched, Lanes, Mask, Real, Scalar, polynomial};
 
-/// Length of a piece in units of the fastest rate: three pieces make a period of a force with this
-/// rate.
+/// Length of a piece times the fastest rate: three pieces make a period of a force with this rate.
 const REACH: f64 = 2.1;
 /// Radius about a node in which its series are accurate, in units of the distance of two nodes.
 const NEAR: f64 = 0.6;

@@ -24,8 +24,9 @@ pub(super) struct Element {
     gradients: Vec<Gradient>,
     /// Whether higher degrees read each state at the nodes.
     reads_nodes: Vec<bool>,
-    /// Rates of the components on the nominal orbit; corrections of the orbit and of the rates.
+    /// Rates on the nominal orbit at the nodes, by component.
     rates: Vec<NodeValues>,
+    /// Newton's corrections of the nominal orbit and of its rates at the nodes, by component.
     corrections: [Vec<NodeValues>; 2],
     /// Remainders of the rates, one component after another. Those of driven components, whose
     /// rates depend on no state, are added to the remainders that they contribute to.

@@ -355,7 +355,8 @@ const RESOLVED: f64 = 1e-4;
 const SHARE: f64 = 0.25;
 
 impl Resolution {
-    /// Resolution of the fundamental matrix alone.
+    /// Estimate of the error from the last modes of the fundamental matrix, before any degree of
+    /// the jets is [included](Self::include).
     pub(super) fn new(fundamental: Tail) -> Self {
         Self {
             fundamental: fundamental.next().max(f64::EPSILON),
