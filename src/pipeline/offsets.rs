@@ -22,16 +22,6 @@ impl Graze {
         if grazing == 0.0 || !(is_between || is_large) {
             return None;
         }
-        let shown = |value: f64| {
-            let rounded = match value {
-                0.0 => 0.0,
-                _ => {
-                    let scale = 10f64.powi(DIGITS - 1 - value.abs().log10().floor() as i32);
-                    (value * scale).round() / scale
-                }
-            };
-            Shown(rounded).to_string()
-        };
         let words = |shift: f64| match low == high {
             true => shown(low + shift),
             false => format!("{} to {}", shown(low + shift), shown(high + shift)),
@@ -45,7 +35,52 @@ impl Graze {
     }
 }
 
+/// A value in a few digits.
+fn shown(value: f64) -> String {
+    let rounded = match value {
+        0.0 => 0.0,
+        _ => {
+            let scale = 10f64.powi(DIGITS - 1 - value.abs().log10().floor() as i32);
+            (value * scale).round() / scale
+        }
+    };
+    Shown(rounded).to_string()
+}
+
+/// Difference of the scene's value of the adjusted parameter from its grazing value, relative to
+/// that, above which it is no guess of it.
+const ELSEWHERE: f64 = 0.02;
+
 impl Map {
+    /// Remarks on the adjusted parameter where the scene's diagrams vary others.
+    pub fn diagram_held_remarks(&self) -> Vec<String> {
+        let requests = self.scene().diagrams.iter();
+        requests.filter_map(|request| self.held_remark(&[request.parameter])).collect()
+    }
+
+    /// Remarks on the adjusted parameter where the scene's charts vary others.
+    pub fn chart_held_remarks(&self) -> Vec<String> {
+        let requests = self.scene().charts.iter();
+        requests.filter_map(|request| self.held_remark(&request.parameters)).collect()
+    }
+
+    /// Remark on the adjusted parameter where a request varies others: it stays at its grazing
+    /// value, though the scene has another one.
+    fn held_remark(&self, varied: &[usize]) -> Option<String> {
+        let [adjusted] = self.scene().grazing.solve_for[..] else { return None };
+        let own = self.scene().model.parameters[adjusted].value.to_f64();
+        let grazing = self.orbit().parameters()[adjusted].to_f64();
+        if varied.contains(&adjusted) || (own - grazing).abs() <= ELSEWHERE * grazing.abs() {
+            return None;
+        }
+        let (name, own, grazing) = (self.parameter_name(adjusted), shown(own), shown(grazing));
+        let other = self.parameter_name(*varied.first()?);
+        Some(format!(
+            "note: {name} stays at its grazing value {grazing}, and not at the scene's {own}; for \
+             {name} = {own} let `grazing.solve_for` be \"{other}\""
+        ))
+    }
+
     fn parameter_name(&self, number: usize) -> &str {
         &self.scene().model.parameters[number].name
     }
@@ -58,7 +93,7 @@ impl Map {
             let key = format!("diagram.{number}.range");
             self.settled().graze().offset_remark(&key, name, &request.offsets())
         });
-        remarks.collect()
+        remarks.chain(self.diagram_held_remarks()).collect()
     }
 
     /// Remarks on ranges of the scene's charts that look like parameter values.
@@ -72,7 +107,7 @@ impl Map {
             let (key, name) = (format!("chart.{number}.ranges"), self.parameter_name(parameter));
             self.settled().graze().offset_remark(&key, name, &range)
         });
-        remarks.collect()
+        remarks.chain(self.chart_held_remarks()).collect()
     }
 
     /// Remarks on parameters of basins that look like values.

@@ -598,8 +598,8 @@ type Place = (usize, usize, usize);
 /// Function of the value drawn for an orbit.
 type Values<'a> = &'a dyn Fn(Place, &PointRecord) -> f64;
 
-/// Line through the physical points of a branch that are stable, or through those that are not; `at`
-/// gives the place of a point by its index. A pair of NaN precedes each connected stretch.
+/// Line through the physical points of a branch that are stable, or through those that are not;
+/// `at` gives the place of a point by its index. A pair of NaN precedes each connected stretch.
 fn line(points: &[PointRecord], stable: bool, at: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
     let stretches = stretches(points, stable).into_iter();
     stretches.flat_map(|places| once([f64::NAN; 2]).chain(places.map(&at))).collect()

@@ -216,7 +216,24 @@ impl SafetyListing {
             true => "this orbit is unstable: motions leave it\n",
             false => "",
         };
-        words + unstable
+        words + unstable + &self.other_without_contact()
+    }
+
+    /// Line on attractors without contact beside an orbit that goes beyond a stop; empty without
+    /// any.
+    fn other_without_contact(&self) -> String {
+        let is_free = |attractor: &&OtherAttractor| {
+            attractor.orbit.is_some() && attractor.impact_speed.is_none()
+        };
+        let share: f64 = self.attractors.iter().filter(is_free).map(|other| other.fraction).sum();
+        if self.clears || share == 0.0 {
+            return String::new();
+        }
+        format!(
+            "it is the orbit that the free flight settles on from rest, as if there were no stop; \
+             from {} % of the starts the oscillator settles on another motion, without contact\n",
+            significant(100.0 * share, 3)
+        )
     }
 
     /// Answer as text.
@@ -231,8 +248,9 @@ impl SafetyListing {
             self.table().to_text()
         ));
         text.push_str(
-            "an empty cell: no graze was found on that side, along the branch of this orbit, at a \
-             distance of up to ten times the value\n",
+            "-: no graze was found on that side, along the branch of this orbit, at a distance of \
+             up to ten times the value; listed are the parameters of `expansion.active` and of the \
+             tolerances\n",
         );
         text.push_str(&self.others_words());
         if !self.attractors.is_empty() {
@@ -324,7 +342,10 @@ impl SafetyListing {
             words.push("below, above: followed to there without an end".to_owned());
         }
         if ends.clone().any(|end| end.is_none()) {
-            words.push("an empty cell: not followed".to_owned());
+            words.push("-: not followed".to_owned());
+        }
+        if self.attractors.iter().any(|attractor| attractor.orbit.is_none()) {
+            words.push("no period: chaos, or a transient of more than 1000 returns".to_owned());
         }
         match words.is_empty() {
             true => String::new(),
@@ -444,7 +465,7 @@ impl SafetyListing {
             .figure(self.figure(), words)
             .table(
                 self.table(),
-                "The nearest graze on either side of each value; an empty cell: none was found \
+                "The nearest graze on either side of each value; –: none was found \
                  along the branch of this orbit.",
             )
             .files(["safe.json", "safe.csv"]);

@@ -24,9 +24,10 @@ pub(in crate::cli) fn diagram(options: &DiagramArguments) -> Result<(), CliError
     };
     let map = Contacts::unless(direct, Contacts::Unused).map(source, outlets.quiet)?;
     let (map, remarks) = match tables::diagram(options, &map)? {
-        Some(tables::AskedTable { table, remarks }) => {
+        Some(tables::AskedTable { table, mut remarks }) => {
             let map = map.asking(&table)?;
             check_diagrams(map.scene(), outlets.quiet)?;
+            remarks.extend(map.diagram_held_remarks());
             (map, remarks)
         }
         None => {
@@ -74,9 +75,10 @@ pub(in crate::cli) fn chart(options: &ChartArguments) -> Result<(), CliError> {
     let contacts = Contacts::unless(direct && matches!(device, Device::Processor), contacts);
     let map = contacts.map(source, outlets.quiet)?;
     let (map, remarks) = match tables::chart(options, &map)? {
-        Some(tables::AskedTable { table, remarks }) => {
+        Some(tables::AskedTable { table, mut remarks }) => {
             let map = map.asking(&table)?;
             check_charts(map.scene(), outlets.quiet)?;
+            remarks.extend(map.chart_held_remarks());
             (map, remarks)
         }
         None => {

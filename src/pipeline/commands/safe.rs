@@ -43,6 +43,9 @@ const LEAST_REACH: f64 = 1e-3;
 const TRANSIENT: usize = 1000;
 const KEPT: usize = 64;
 
+/// Returns after which the motion of an attractor is simulated by itself, until it has settled.
+const SETTLED_AFTER: [usize; 2] = [TRANSIENT, 10 * TRANSIENT];
+
 /// Difference of impact speeds, relative above 1, within which two orbits of one name are one.
 const SAME_SPEED: f64 = 1e-6;
 
@@ -453,10 +456,10 @@ fn attractors(
         state_of(&named.map(|(name, offset)| (name.as_str(), *offset)).collect::<Vec<_>>())
     };
     let found = &mut all.attractors;
-    join_motions(scene, &map, found, &|attractor| TimeSeriesRequest {
+    join_motions(scene, &map, found, &|attractor, settle| TimeSeriesRequest {
         start: state_of(attractor),
         parameters: at.clone(),
-        settle: TRANSIENT,
+        settle,
         returns: 2 * LONGEST,
         samples: 1,
     })?;
@@ -495,7 +498,11 @@ impl FoundAttractors {
             other.orbit == orbit && (orbit.is_none() || apart <= SAME_SPEED * (1.0 + speeds[0]))
         };
         match self.attractors.iter_mut().find(|other| is_same(other)) {
-            Some(known) => known.fraction += share,
+            Some(known) => {
+                known.fraction += share;
+                known.impact_speed =
+                    [known.impact_speed, speed].into_iter().flatten().reduce(f64::max);
+            }
             None => self.attractors.push(OtherAttractor {
                 orbit,
                 fraction: share,
@@ -509,18 +516,26 @@ impl FoundAttractors {
 }
 
 /// Joins attractors that are one motion, which may have several points on a tangency section, and
-/// gives each the largest speed of all contacts of its motion; `flight` is the simulation of one.
+/// gives each the largest speed of all contacts of its motion; `flight` is the simulation of one
+/// after a number of returns. A flight that has not settled, after a long transient, tells nothing.
 fn join_motions(
     scene: &Scene,
     map: &Map,
     found: &mut Vec<OtherAttractor>,
-    flight: &dyn Fn(&OtherAttractor) -> TimeSeriesRequest,
+    flight: &dyn Fn(&OtherAttractor, usize) -> TimeSeriesRequest,
 ) -> Result<(), Error> {
-    let motion = |attractor: &OtherAttractor| match attractor.orbit {
-        Some(_) => MotionEvents::of(scene, map.orbit(), &flight(attractor)),
-        None => Ok(None),
-    };
-    let motions: Vec<_> = found.iter().map(motion).collect::<Result<_, _>>()?;
+    let mut motions = Vec::new();
+    for attractor in found.iter() {
+        let mut settled = None;
+        for returns in SETTLED_AFTER {
+            if attractor.orbit.is_none() || settled.is_some() {
+                break;
+            }
+            let motion = MotionEvents::of(scene, map.orbit(), &flight(attractor, returns))?;
+            settled = motion.filter(MotionEvents::repeats);
+        }
+        motions.push(settled);
+    }
     let first = MotionEvents::first_of_each(&motions);
     for (number, motion) in motions.iter().enumerate() {
         if let Some(motion) = motion {

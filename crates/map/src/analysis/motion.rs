@@ -70,7 +70,19 @@ impl MotionEvents {
 
     /// Whether the motion passes through the last event of another one. Both cover a period.
     pub(super) fn is_same(&self, other: &Self) -> bool {
-        let Some((surface, there)) = other.events.last() else { return self.events.is_empty() };
+        let Some(last) = other.events.last() else { return self.events.is_empty() };
+        self.passes(self.events.len(), last)
+    }
+
+    /// Whether the motion repeats itself, and is not on its way to another one: each event of its
+    /// second half is one of its first half, which is to cover a period.
+    pub fn repeats(&self) -> bool {
+        let half = self.events.len() / 2;
+        self.events[half..].iter().all(|event| self.passes(half, event))
+    }
+
+    /// Whether an event is one of the first `count`.
+    fn passes(&self, count: usize, (surface, there): &(usize, Vec<f64>)) -> bool {
         let size = |component: usize| match self.circle.phase() {
             Some((phase, period)) if phase == component => period,
             _ => {
@@ -79,9 +91,8 @@ impl MotionEvents {
             }
         };
         let sizes: Vec<f64> = (0..there.len()).map(size).collect();
-        self.events
-            .iter()
-            .any(|(of, here)| of == surface && self.circle.apart(here, there, &sizes) <= SAME)
+        let mut first = self.events[..count].iter();
+        first.any(|(of, here)| of == surface && self.circle.apart(here, there, &sizes) <= SAME)
     }
 
     /// Index of the first of some motions that each one is: its own if there is none before, and

@@ -52,6 +52,12 @@ impl Fault {
         Self { problem: Box::new(problem), span: None }
     }
 
+    /// The fault with its place counted from an offset; `None` if it does not lie behind it.
+    pub(super) fn behind(self, offset: usize) -> Option<Self> {
+        let span = self.span.filter(|span| span.start >= offset)?;
+        Some(Self { span: Some(span.start - offset..span.end - offset), ..self })
+    }
+
     /// Error in a file of this name with this text.
     pub(super) fn in_file(self, file_name: &str, text: &str) -> SceneError {
         let place = self.span.map(|span| Snippet::new(file_name, text, span));

@@ -101,6 +101,7 @@ const SPELLINGS: &[(&[&str], &str)] = &[
     (&["pi", "\u{3c0}"], "the number is `pi`"),
     (&["tau", "\u{3c4}"], "a turn is `2*pi`"),
     (&["e", "euler"], "the number is `exp(1)`"),
+    (&["t", "time"], "time enters as a phase: see `[model.phase]`, and write `cos(theta)`"),
     (&["\u{b7}", "\u{d7}", "\u{2217}", "\u{22c5}"], "a product is `*`"),
     (&["\u{2212}", "\u{2013}", "\u{2014}"], "a minus is `-`"),
     (&["\u{b2}"], "a square is `^2`"),

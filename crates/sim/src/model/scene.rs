@@ -26,6 +26,9 @@ pub struct Scene {
     pub identifier: String,
     /// Text of the scene after overrides, from which it can be read again.
     pub text: Arc<str>,
+    /// Place in that text, in bytes, at which the tables of a request begin; `None` without a
+    /// request.
+    pub(in crate::model) request_at: Option<usize>,
     /// Digest of that text, which every output repeats.
     pub digest: Digest,
     /// The oscillator.

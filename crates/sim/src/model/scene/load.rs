@@ -17,8 +17,19 @@ use crate::model::names::{self, nearest};
 use crate::model::oscillator::Response;
 use crate::numeric::Dd;
 
+/// Name of the file of tables that a request adds, in messages.
+const REQUEST: &str = "request";
+
 /// Longest text read, in bytes.
 const LONGEST: usize = 1 << 20;
+
+/// Error in a scene's file, or in the tables of a request, which begin at a place in the text.
+fn in_request(fault: Fault, name: &str, text: &str, request_at: Option<usize>) -> SceneError {
+    match request_at.map(|at| (at, fault.clone().behind(at))) {
+        Some((at, Some(fault))) => fault.in_file(REQUEST, &text[at..]),
+        _ => fault.in_file(name, text),
+    }
+}
 
 /// Tables of a scene.
 const KEYS: [&str; 10] = [
@@ -99,13 +110,18 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// The first fault of the tables, with its place in the new scene's text.
+    /// The first fault, with its place in the tables, whose file is called `request`, or in the
+    /// scene's text.
     pub fn asking(&self, tables: &str) -> Result<Self, SceneError> {
         let name = &self.file_name;
         let kept = without_requests(&self.text).map_err(|fault| fault.in_file(name, &self.text))?;
-        let text = format!("{}\n\n{tables}", kept.trim_end());
-        let asked = read(&text, name).map_err(|fault| fault.in_file(name, &text))?;
+        let kept = kept.trim_end();
+        let text = format!("{kept}\n\n{tables}");
+        let request_at = Some(kept.len() + 2);
+        let asked =
+            read(&text, name).map_err(|fault| in_request(fault, name, &text, request_at))?;
         Ok(Self {
+            request_at,
             identifier: self.identifier.clone(),
             section: self.section,
             section_rule: self.section_rule,
@@ -242,6 +258,7 @@ fn read(text: &str, file_name: &str) -> Checked<Scene> {
         file_name: file_name.to_owned(),
         identifier,
         text: text.into(),
+        request_at: None,
         digest: Digest::of(text),
         model,
         grazing,
@@ -548,7 +565,7 @@ impl Scene {
     fn located(&self, check: impl FnOnce(&Table<'_>) -> Checked<()>) -> Result<(), SceneError> {
         let found = parsed(&self.text)
             .and_then(|document| check(&Table::root(&self.text, document.as_table())));
-        found.map_err(|fault| fault.in_file(&self.file_name, &self.text))
+        found.map_err(|fault| in_request(fault, &self.file_name, &self.text, self.request_at))
     }
 
     /// The component that the reset at a surface moves farthest, and its displacement, at the first
