@@ -371,9 +371,13 @@ pub fn basin_remarks(basin: &Basin) -> Vec<String> {
 /// Warning with the number of cells in which the map alone leaves its window, if any.
 pub(super) fn basin_outside_words(basin: &Basin) -> Option<String> {
     (basin.outside.count > 0).then(|| {
+        let filled = match basin.cells.len() - basin.computed {
+            0 => String::new(),
+            filled => format!(", {filled} of them filled between others,"),
+        };
         format!(
-            "from {} of {} states the map alone leaves its window (in grey: its error was not \
-             measured there, and the method `guarded` simulates what lies outside)",
+            "from {} of {} states{filled} the map alone leaves its window (in grey: its error was \
+             not measured there, and the method `guarded` simulates what lies outside)",
             basin.outside.count,
             basin.cells.len()
         )

@@ -128,8 +128,8 @@ impl StopNames {
         text
     }
 
-    /// Expression of a stop's force in the penetration and its rate, as a scene has it, and whether it
-    /// is a sum, which needs parentheses as a factor.
+    /// Expression of a stop's force in the penetration and its rate, as a scene has it, and
+    /// whether it is a sum, which needs parentheses as a factor.
     fn force(&self, stop: &SoftStop) -> (String, bool) {
         let power = match stop.exponent == 1.0 {
             true => self.depth.to_owned(),

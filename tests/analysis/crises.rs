@@ -93,6 +93,51 @@ fn bands_at(map: &dyn DiscreteMap, locus: &Locus, share: f64, most: usize) -> us
 }
 
 #[test]
+fn manifolds_that_meet_without_an_attractor_are_no_crisis() {
+    // The manifolds of the saddle meet near a half-width of the window, where the oscillator
+    // settles on a stable orbit of seven returns on both sides.
+    let text = r#"
+[model]
+states = ["x", "v"]
+parameters = { c = 3.0, k = 0.8, g = 0.9, r = 0.65, A = 1.0, w = 3.0 }
+phase = { name = "th", rate = "w", period = "2*pi" }
+
+[model.flow]
+x = "v"
+v = "A*cos(th) - c*v - k*x"
+
+[[model.surface]]
+name = "wall"
+event = "g - x"
+impact = { v = "-r*v" }
+
+[grazing]
+solve_for = "A"
+
+[section]
+kind = "tangency"
+
+[expansion]
+active = ["A", "w"]
+smooth_order = 7
+contact_weight = 9
+"#;
+    let scene = Scene::parse(text, "damped.toml").expect("a scene");
+    let map = scene.graze().and_then(|graze| graze.map()).expect("a map");
+    let width = map.local().window.parameter[1];
+    let request = LociRequest {
+        plane: [1, 0],
+        range: [-width, width],
+        at: vec![0.0; 2],
+        kinds: vec![LocusKind::Crisis],
+        itineraries: vec![ContactItinerary::parse("1100000", 1).expect("digits")],
+        direct: false,
+    };
+    let found = map.loci(&request, &NoProgress).expect("loci").loci;
+    assert!(found.is_empty(), "{} crises", found.len());
+}
+
+#[test]
 fn seven_bands_of_the_map_end_at_its_crisis() {
     let map = beam();
     let locus = crisis(&map, false);

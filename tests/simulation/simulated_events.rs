@@ -2,8 +2,8 @@
 //! form.
 
 use grazemap::hybrid::{
-    DirectReturn, Event, EventKind, HybridError, HybridSystem, Outcome, Regime, ReturnSection,
-    Simulator, Trajectory,
+    DirectReturn, Event, EventKind, HybridError, HybridSystem, MomentEvent, Outcome, Regime,
+    ReturnSection, Simulator, Trajectory,
 };
 use grazemap::model::{Model, Scene};
 use grazemap::numeric::{Dd, Real};
@@ -408,6 +408,25 @@ fn a_singularity_is_said_in_finite_time() {
         "{:?}",
         found.outcome
     );
+}
+
+#[test]
+fn a_sampled_trajectory_comes_to_rest_where_the_chatter_ends() {
+    let model = ball();
+    let system = HybridSystem::new(&model);
+    let mut simulator = Simulator::new(&system, &[1.0, 0.5]).expect("finite parameters");
+    simulator.set_state(&[0.5, 0.0]).expect("a finite state");
+    let (mut rests, mut last) = (Vec::new(), f64::NEG_INFINITY);
+    let outcome = simulator.sample(6.0, 60_000, &mut |moment| {
+        assert!(moment.time >= last, "{} after {last}", moment.time);
+        last = moment.time;
+        if matches!(moment.event, Some((MomentEvent::Contact, _))) {
+            rests.push(moment.time);
+        }
+    });
+    assert_eq!(outcome.expect("a finite duration"), Outcome::Completed);
+    // The fall takes 1, flights 1, 1/2, ...
+    assert!(matches!(rests[..], [rest] if (rest - 3.0_f64).abs() < 1e-11), "{rests:?}");
 }
 
 #[test]

@@ -137,6 +137,9 @@ fn write(name: &str, options: &NewOptions) -> Result<(), CliError> {
         nearest: nearest(name, catalogue::names()),
     })?;
     let path = options.output.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
+    if path.as_os_str() == "-" {
+        return print(text);
+    }
     if path.symlink_metadata().is_ok() {
         return Err(CliError::Exists { path });
     }

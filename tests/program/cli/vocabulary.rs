@@ -220,6 +220,35 @@ fn safe_tells_a_long_transient_from_a_motion_without_contact() {
 }
 
 #[test]
+fn safe_follows_a_motion_that_turns_about_its_section_point() {
+    // Hardening spring: section points come nearer by 4 % in a return, and repeat nearly after 11.
+    let scene = r#"
+[model]
+states = ["z", "v"]
+parameters = { A = 3.0, f = 25.0, r = 0.7 }
+phase = { name = "theta", rate = "2*pi*f", period = "2*pi" }
+
+[model.flow]
+z = "v"
+v = "-A*cos(theta) - 2*v - 1e4*z - 2e8*z^3"
+
+[[model.surface]]
+name = "limiter"
+event = "0.002 - z"
+impact = { v = "-r*v" }
+
+[grazing]
+solve_for = "A"
+"#;
+    let folder = scratch();
+    fs::write(folder.path().join("spring.toml"), scene).expect("a file");
+    let asked = ["safe", "spring.toml", "--points", "2", "--json", "-", "-q"];
+    let safe = json(folder.path(), &asked);
+    let free = &safe["attractors"][0];
+    assert_eq!((free["orbit"].as_str(), free["to"].is_null()), (Some("(0,1)"), false), "{safe}");
+}
+
+#[test]
 fn a_diagram_says_at_which_value_it_holds_the_adjusted_parameter() {
     let folder = scratch();
     fs::write(folder.path().join("oscillator.toml"), TUTORIAL).expect("a file");

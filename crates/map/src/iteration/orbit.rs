@@ -343,7 +343,12 @@ impl Period {
     /// period: twice of it near a multiplier −1, `q` times near a `q`-th root of 1. The result is
     /// therefore the least divisor of the period by which states come closer along the run.
     pub fn of(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
-        Run { states, scales, circle: PhaseCircle::none() }.period(tolerance)
+        Self::with_phase(states, scales, PhaseCircle::none(), tolerance)
+    }
+
+    /// The period of a run of states one of whose coordinates is a phase, as [`of`](Self::of).
+    pub fn with_phase(states: &[f64], scales: &[f64], circle: PhaseCircle, tolerance: f64) -> Self {
+        Run { states, scales, circle }.period(tolerance)
     }
 }
 

@@ -93,12 +93,14 @@ struct Sampling<'s, 'a, S: Real> {
     after: Motion<S>,
     /// Events of the piece.
     events: Vec<Event<S>>,
+    /// Time at which a chatter ends, whose last impacts are not simulated, and its surface.
+    resting: Option<(S, usize)>,
 }
 
 impl<'s, 'a, S: Real> Sampling<'s, 'a, S> {
     fn new(simulator: &'s mut Simulator<'a, S>) -> Self {
         let motion = simulator.motion.clone();
-        Self { simulator, before: motion.clone(), after: motion, events: Vec::new() }
+        Self { simulator, before: motion.clone(), after: motion, events: Vec::new(), resting: None }
     }
 
     /// Runs from the present time, with a contact at a surface that is met there, to the end.
@@ -128,16 +130,22 @@ impl<'s, 'a, S: Real> Sampling<'s, 'a, S> {
     fn fly(&mut self, time: S, record: Recorder<'_, S>) -> Result<(), Outcome<S>> {
         loop {
             self.before.copy_from(&self.simulator.motion);
+            let resting = self.resting.filter(|(at, _)| *at <= time);
+            let horizon = resting.map_or(time, |(at, _)| at);
             let events = &mut self.events;
             events.clear();
-            let stop = self.simulator.next_stop(time, Approach::default(), &mut |event| {
+            let stop = self.simulator.next_stop(horizon, Approach::default(), &mut |event| {
                 events.push(event);
             })?;
             self.visit_events(record);
-            match stop {
-                Stop::Contact { surface } => self.respond(surface, record)?,
-                Stop::Horizon => return Ok(()),
-                Stop::Minimum { .. } | Stop::Release => {}
+            match (stop, resting) {
+                (Stop::Contact { surface }, _) => self.respond(surface, record)?,
+                (Stop::Horizon, Some((_, surface))) => {
+                    self.resting = None;
+                    self.hand_on(Some((MomentEvent::Contact, surface)), record);
+                }
+                (Stop::Horizon, None) => return Ok(()),
+                (Stop::Minimum { .. } | Stop::Release, _) => {}
             }
         }
     }
@@ -165,9 +173,12 @@ impl<'s, 'a, S: Real> Sampling<'s, 'a, S> {
         let (time, events) = (self.simulator.motion.time, &mut self.events);
         events.clear();
         let outcome = self.simulator.respond(surface, &mut |event| events.push(event));
-        let kinds = self.events.iter().filter_map(|event| MomentEvent::of(event.kind));
-        for kind in kinds {
+        for event in &self.events {
+            let Some(kind) = MomentEvent::of(event.kind) else { continue };
             match kind {
+                MomentEvent::Contact if event.time > time => {
+                    self.resting = Some((event.time, surface));
+                }
                 MomentEvent::Contact if self.events.len() > 1 => {
                     let state = &self.simulator.motion.state;
                     record(Moment { time, state, event: Some((kind, surface)) });

@@ -40,7 +40,7 @@ use crate::continuation::{
 };
 use crate::expansion::LocalMap;
 use crate::hybrid::HybridSystem;
-use crate::iteration::{PassageSet, parallel};
+use crate::iteration::{PassageSet, Period, parallel};
 use crate::model::Scene;
 use crate::numeric::linear::eigenvalues;
 use crate::numeric::{Dd, Real, converted};
@@ -241,13 +241,16 @@ impl<'a> DirectBranches<'a> {
         Some(AttractorBranch { branch, place })
     }
 
-    /// Itinerary of the shortest period after which a flight repeats, in standard form.
+    /// Itinerary of a flight that repeats, in standard form. A flight that still turns about the
+    /// point that it approaches has the period of that point.
     fn settled_itinerary(&self, flight: &RecordedFlight) -> Option<ContactItinerary> {
         let (circle, units) = (self.image.circle(), &self.units.state);
-        let first = flight.states.first()?;
-        let longest = self.request.longest.min(flight.returns.len());
-        let period = (1..=longest)
-            .find(|&period| circle.apart(first, &flight.states[period], units) <= ATTRACTED)?;
+        let states = flight.states.concat();
+        let found = Period::with_phase(&states, units, circle, ATTRACTED);
+        let Period::Periodic(period) = found else { return None };
+        if period > self.request.longest.min(flight.returns.len()) {
+            return None;
+        }
         let returns = flight.returns[..period].to_vec();
         Some(ContactItinerary::new(self.map.passages(), returns).largest_rotation().0)
     }

@@ -19,7 +19,9 @@ use crate::analysis::periodic::{
 use crate::analysis::progress::{Progress, resumed};
 use crate::continuation::{CurveEquations, StepControl, searched};
 use crate::expansion::LocalMap;
-use crate::iteration::{DiscreteMap, FrozenMap, HornerMap, PassageSet};
+use crate::iteration::{
+    DiscreteMap, FrozenMap, HornerMap, MapOrbit, OrbitRequest, PassageSet, Period,
+};
 use crate::numeric::converted;
 use crate::numeric::linear::determinant;
 
@@ -49,6 +51,10 @@ const FOUND: f64 = 1e-4;
 const ORBITS: usize = 32;
 const RETURNS: usize = 4000;
 const BESIDE_IT: f64 = 1e-4;
+/// Distances from the crisis, in those units, at which orbits are to wander, and iterates of each
+/// that are dropped and kept.
+const WANDERS_AT: [f64; 3] = [1e-4, 3e-5, 1e-5];
+const WANDERING: [usize; 2] = [50_000, 256];
 /// Resolution of the bisection in the second parameter, in half-widths.
 const RESOLVED: f64 = 1e-12;
 /// Largest depth that may be that of the corner, relative to the window's.
@@ -346,7 +352,14 @@ impl<'a> MapCrises<'a> {
                     beside.is_some_and(|beside| self.holds(itinerary, &beside, side))
                 };
                 let [below, above] = [holds(-BESIDE_IT), holds(BESIDE_IT)];
-                if below != above {
+                // Elsewhere the manifolds of the saddle touch, and no attractor is there.
+                let wanders = |away: f64| {
+                    let mut beside = saddle.unknowns.clone();
+                    beside[held] += if above { away } else { -away };
+                    let beside = self.saddle_near(itinerary, &mut equations.clone(), &beside);
+                    beside.is_some_and(|beside| self.wanders(&beside, side))
+                };
+                if below != above && WANDERS_AT.into_iter().any(wanders) {
                     // Of contacts too close together to separate, the first is kept.
                     let at = |saddle: &CrisisSaddle| {
                         let offset = saddle.unknowns[held];
@@ -455,6 +468,20 @@ impl<'a> MapCrises<'a> {
             let mut seen = path.iter().step_by(itinerary.period());
             path.len() > RETURNS && seen.all(|state| saddle.across(side, state) > 0.0)
         })
+    }
+
+    /// Whether an orbit of the unstable manifold settles on no periodic orbit: the manifold then
+    /// lies on an attractor, or leads to one without a period.
+    fn wanders(&self, saddle: &CrisisSaddle, side: f64) -> bool {
+        let frozen = self.horner.freeze(&saddle.parameters);
+        let (start, scales) = (saddle.states[0], &self.map.window.state);
+        let length = saddle.beside(side, 0.5);
+        let place =
+            |axis: usize| (start[axis] + length * saddle.unstable.right[axis]) * scales[axis];
+        let [dropped, kept] = WANDERING;
+        let request = OrbitRequest::new(dropped, kept, scales).approaching();
+        let orbit = MapOrbit::of(&frozen, &[0, 1].map(place), &[], &request);
+        orbit.states().len() == kept && orbit.period == Period::NotFound && !orbit.converges
     }
 
     /// Solves for a contact of manifolds and follows it in both parameters; `None` if it is known.
