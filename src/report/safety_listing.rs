@@ -230,8 +230,8 @@ impl SafetyListing {
             return String::new();
         }
         format!(
-            "it is the orbit that the free flight settles on from rest, as if there were no stop; \
-             from {} % of the starts the oscillator settles on another motion, without contact\n",
+            "it is an orbit of the free flight, as if there were no stop; from {} % of the starts \
+             the oscillator settles on another motion, without contact\n",
             significant(100.0 * share, 3)
         )
     }

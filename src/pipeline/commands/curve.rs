@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::stops::{grazing, stops};
+use super::stops::{SAME, grazing, stops};
 use crate::analysis::{PartProgress, Progress};
 use crate::model::Scene;
 use crate::orbit::{
@@ -140,12 +140,14 @@ impl NearestKeys {
         };
         let mut lost = Vec::new();
         // A stop that the orbit goes beyond comes before all others.
-        let order = |margin: &Margin| (margin.clears, margin.distance);
+        let is_nearer = |margin: &Margin, known: &Margin| {
+            (margin.clears, margin.distance) < (known.clears, (1.0 - SAME) * known.distance)
+        };
         for &stop in &stops[1..] {
             match margin_of(&grazing(scene, stop)) {
                 Ok(MarginOutcome::Found(margin)) => {
                     let known = nearest.as_ref().ok();
-                    if known.is_none_or(|(_, known)| order(&margin) < order(known)) {
+                    if known.is_none_or(|(_, known)| is_nearer(&margin, known)) {
                         nearest = Ok((stop, margin));
                     }
                 }

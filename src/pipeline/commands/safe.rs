@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::stops::{grazing, stops};
+use super::stops::{SAME, grazing, stops};
 use crate::analysis::branches::{AttractorBranch, BranchLabel, BranchPoint, BranchRequest};
 use crate::analysis::diagram::Sweep;
 use crate::analysis::{
@@ -48,9 +48,6 @@ const SETTLED_AFTER: [usize; 2] = [TRANSIENT, 10 * TRANSIENT];
 
 /// Difference of impact speeds, relative above 1, within which two orbits of one name are one.
 const SAME_SPEED: f64 = 1e-6;
-
-/// Difference of distances, relative, within which the ends of two stops are one, as by symmetry.
-const SAME_END: f64 = 1e-9;
 
 /// Attractors that are followed, those with the largest shares, and the longest period in returns.
 const FOLLOWED: usize = 8;
@@ -215,7 +212,7 @@ impl StopsToClear {
             for (nearest, end) in nearest.iter_mut().zip(of(&found, stop)) {
                 let Some(end) = end else { continue };
                 let known = nearest.as_ref().map_or(f64::INFINITY, distance);
-                if distance(&end) < (1.0 - SAME_END) * known {
+                if distance(&end) < (1.0 - SAME) * known {
                     *nearest = Some(end);
                 }
             }

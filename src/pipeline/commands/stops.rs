@@ -2,6 +2,10 @@
 
 use crate::model::{Scene, Symmetry};
 
+/// Difference of the distances of two grazes, relative, within which they are equally near, as by
+/// symmetry.
+pub(super) const SAME: f64 = 1e-9;
+
 /// Stops of a scene, as indices of surfaces: the one that its orbit grazes first, then all others
 /// that the orbit is not said to hit.
 pub(super) fn stops(scene: &Scene) -> Vec<usize> {
