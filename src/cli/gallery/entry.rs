@@ -328,24 +328,33 @@ pub(super) fn scene_text(name: &str) -> Option<&'static str> {
 
 /// Finds the value at a path of keys and list positions, separated by `/`.
 ///
-/// In a list, `key=value` takes the element whose `key` is the word `value` or the number nearest
-/// to it, and `a=b&c=d` the one nearest to the last among those equal in all others; a key inside
-/// a key is `outer.inner`. `count` is the length of a list, and `count(key=value)` the number of
-/// its elements with that value. An object that names an orbit is its name in words.
+/// In a list, `key=value` takes the first element whose `key` is the word `value`, or else the one
+/// whose number is nearest to it, and `a=b&c=d` does so among those equal in all but the last; a key
+/// inside a key is `outer.inner`. An element that has no value at the rest of the path is passed
+/// over. `count` is the length of a list, and `count(key=value)` the number of its elements with
+/// that value. An object that names an orbit is its name in words.
 pub(super) fn find(document: &Value, path: &str) -> Option<Value> {
-    let mut value = document;
-    for segment in path.split('/') {
-        if let Some(counted) = count(value, segment) {
-            return Some(counted.into());
-        }
-        value = match value {
-            Value::Array(list) if segment.contains('=') => select(list, segment)?,
-            Value::Array(list) => list.get(segment.parse::<usize>().ok()?)?,
-            other => other.get(segment)?,
-        };
+    let (segment, rest) = match path.split_once('/') {
+        Some((segment, rest)) => (segment, Some(rest)),
+        None => (path, None),
+    };
+    if let Some(counted) = count(document, segment) {
+        return Some(counted.into());
     }
-    let name: Result<OrbitName, _> = serde_json::from_value(value.clone());
-    Some(name.map_or_else(|_| value.clone(), |name| name.to_string().into()))
+    let onward = |value: &Value| match rest {
+        Some(rest) => find(value, rest),
+        None => {
+            let name: Result<OrbitName, _> = serde_json::from_value(value.clone());
+            Some(name.map_or_else(|_| value.clone(), |name| name.to_string().into()))
+        }
+    };
+    match document {
+        Value::Array(list) if segment.contains('=') => {
+            selected(list, segment)?.into_iter().find_map(onward)
+        }
+        Value::Array(list) => onward(list.get(segment.parse::<usize>().ok()?)?),
+        other => onward(other.get(segment)?),
+    }
 }
 
 fn count(value: &Value, segment: &str) -> Option<usize> {
@@ -358,21 +367,27 @@ fn count(value: &Value, segment: &str) -> Option<usize> {
     Some(list.iter().filter(|element| is_equal(element, key, wanted)).count())
 }
 
-fn select<'a>(list: &'a [Value], segment: &str) -> Option<&'a Value> {
+/// Elements of a list that a segment of a path selects, the first choice first.
+fn selected<'a>(list: &'a [Value], segment: &str) -> Option<Vec<&'a Value>> {
     let (all, last) = segment.rsplit_once('&').unwrap_or(("", segment));
     let conditions = all.split('&').filter_map(|condition| condition.split_once('='));
-    let mut candidates = list
+    let candidates = list
         .iter()
         .filter(|element| conditions.clone().all(|(key, wanted)| is_equal(element, key, wanted)));
     let (key, wanted) = last.split_once('=')?;
-    let Ok(number) = wanted.parse::<f64>() else {
-        return candidates.find(|element| is_equal(element, key, wanted));
-    };
-    let distance = |element: &Value| {
+    let equal = candidates.clone().filter(|element| is_equal(element, key, wanted));
+    let equal: Vec<&Value> = equal.collect();
+    let Ok(number) = wanted.parse::<f64>() else { return Some(equal) };
+    if !equal.is_empty() {
+        return Some(equal);
+    }
+    let distance = |element: &&Value| {
         let value = inner(element, key).and_then(Value::as_f64);
         value.map_or(f64::INFINITY, |value| (value - number).abs())
     };
-    candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    let mut nearest: Vec<&Value> = candidates.collect();
+    nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    Some(nearest)
 }
 
 fn is_equal(element: &Value, key: &str, wanted: &str) -> bool {
@@ -444,7 +459,7 @@ mod tests {
             "list": [
                 {"n": 1, "at": {"omega": 2.0}, "word": "a"},
                 {"n": 2, "at": {"omega": 2.1}, "word": "b"},
-                {"n": 2, "at": {"omega": 4.0}, "word": "c"},
+                {"n": 2, "at": {"omega": 4.0}, "word": "c", "more": [5]},
             ],
             "orbit": {"hits": [1, 1], "periods": 3},
         });
@@ -453,6 +468,9 @@ mod tests {
         assert_eq!(found("list/at.omega=2.09/word").as_deref(), Some("\"b\""));
         assert_eq!(found("list/n=2&at.omega=1.0/word").as_deref(), Some("\"b\""));
         assert_eq!(found("list/word=c/n").as_deref(), Some("2"));
+        // The first with that number has no value at the rest of the path.
+        assert_eq!(found("list/n=2/more/0").as_deref(), Some("5"));
+        assert_eq!(found("list/n=1/more/0"), None);
         assert_eq!(found("list/count").as_deref(), Some("3"));
         assert_eq!(found("list/count(n=2)").as_deref(), Some("2"));
         assert_eq!(found("orbit").as_deref(), Some("\"(1,1,3)\""));
