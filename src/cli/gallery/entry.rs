@@ -329,10 +329,10 @@ pub(super) fn scene_text(name: &str) -> Option<&'static str> {
 /// Finds the value at a path of keys and list positions, separated by `/`.
 ///
 /// In a list, `key=value` takes the first element whose `key` is the word `value`, or else the one
-/// whose number is nearest to it, and `a=b&c=d` does so among those equal in all but the last; a key
-/// inside a key is `outer.inner`. An element that has no value at the rest of the path is passed
-/// over. `count` is the length of a list, and `count(key=value)` the number of its elements with
-/// that value. An object that names an orbit is its name in words.
+/// whose number is nearest to it, and `a=b&c=d` does so among those equal in all but the last; a
+/// key inside a key is `outer.inner`. An element that has no value at the rest of the path is
+/// passed over. `count` is the length of a list, and `count(key=value)` the number of its elements
+/// with that value. An object that names an orbit is its name in words.
 pub(super) fn find(document: &Value, path: &str) -> Option<Value> {
     let (segment, rest) = match path.split_once('/') {
         Some((segment, rest)) => (segment, Some(rest)),
