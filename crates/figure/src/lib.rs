@@ -1,8 +1,8 @@
 //! Figures as plain descriptions, drawn to SVG, PNG and PDF.
 //!
 //! A [`Figure`] describes the contents; the layout turns it into a `Drawing`, a flat list of shapes
-//! in CSS pixels, and painters turn that list into an SVG, a PNG and a PDF that look alike. The same
-//! figure gives the same bytes.
+//! in CSS pixels, and painters turn that list into an SVG, a PNG and a PDF that look alike. A
+//! figure always gives the same bytes.
 //!
 //! Conventions of the field: stable branches solid, unstable ones dashed; axes are offsets, with
 //! the power of ten at the axis label and short ticks; marks such as `G`, `PD`, `SN` stand beside

@@ -316,15 +316,22 @@ fn a_type_has_a_name_of_its_own_on_its_floor_and_a_public_one_in_its_package() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// Source file of a place; that of the root of a package is its `lib.rs`, if it has one.
+fn source_file(place: &Place) -> Option<PathBuf> {
+    let file = HOUSE.module(place).file.clone();
+    if !file.is_dir() {
+        return Some(file);
+    }
+    let roots = ["lib.rs", "src/lib.rs"].map(|root| file.join(root));
+    roots.into_iter().find(|root| root.exists())
+}
+
 /// Lines of source files have at most 100 columns.
 #[test]
 fn lines_of_source_files_have_at_most_a_hundred_columns() {
     for place in HOUSE.places() {
-        let file = &HOUSE.module(&place).file;
-        if file.is_dir() {
-            continue;
-        }
-        let text = fs::read_to_string(file).expect("a source file");
+        let Some(file) = source_file(&place) else { continue };
+        let text = fs::read_to_string(&file).expect("a source file");
         for (line, number) in text.lines().zip(1..) {
             let columns = line.chars().count();
             assert!(columns <= 100, "{}:{number} has {columns} columns", file.display());
@@ -379,23 +386,43 @@ fn included(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// A package is published with what lies in its folder, so it includes nothing from elsewhere.
+/// Beginnings of the paths that a manifest publishes; none where it publishes its whole folder.
+fn published(manifest: &str) -> Vec<&str> {
+    let listed = manifest.split_once("\ninclude = [").and_then(|(_, rest)| rest.split_once(']'));
+    let entries = listed.map_or("", |(entries, _)| entries).split('"').skip(1).step_by(2);
+    entries.filter_map(|entry| entry.trim_start_matches('/').split('*').next()).collect()
+}
+
+/// A package is published with what lies in its folder and its manifest lists, so it includes
+/// nothing from elsewhere.
 #[test]
-fn packages_include_files_of_their_own_folder() {
+fn packages_include_files_that_are_published_with_them() {
+    let manifest = "[package]\ninclude = [\n  \"/src\",\n  \"/gallery/**/*.toml\",\n]\n[lib]\n";
+    assert_eq!(published(manifest), ["src", "gallery/"]);
     let text = "include_str!(concat!(\"../a/\", $name)); x(include_bytes!(\"b.ttf\"))";
     assert_eq!(included(text).collect::<Vec<_>>(), ["../a/", "b.ttf"]);
     let (mut paths, mut faults) = (0, Vec::new());
     for place in HOUSE.places() {
-        let file = &HOUSE.module(&place).file;
-        if file.is_dir() {
-            continue;
-        }
+        let Some(file) = source_file(&place) else { continue };
         let package = file.ancestors().find(|folder| folder.join("Cargo.toml").exists());
-        let folders = file.strip_prefix(package.expect("a package")).expect("inside");
-        let above = folders.components().count() - 1;
-        for path in included(&fs::read_to_string(file).expect("a source file")) {
+        let package = package.expect("a package");
+        let manifest = fs::read_to_string(package.join("Cargo.toml")).expect("a manifest");
+        let published = published(&manifest);
+        let inside = file.strip_prefix(package).expect("inside").to_string_lossy().into_owned();
+        for path in included(&fs::read_to_string(&file).expect("a source file")) {
             paths += 1;
-            if path.split('/').filter(|part| *part == "..").count() > above {
+            let mut parts: Vec<&str> = inside.split('/').collect();
+            parts.pop();
+            let stays = path.split('/').all(|part| match part {
+                ".." => parts.pop().is_some(),
+                part => {
+                    parts.push(part);
+                    true
+                }
+            });
+            let path_inside = parts.join("/");
+            let listed = published.iter().any(|begin| path_inside.starts_with(begin));
+            if !stays || !(published.is_empty() || listed) {
                 faults.push(format!("{}: {path}", file.display()));
             }
         }
