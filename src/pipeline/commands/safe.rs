@@ -521,18 +521,17 @@ fn join_motions(
     found: &mut Vec<OtherAttractor>,
     flight: &dyn Fn(&OtherAttractor, usize) -> TimeSeriesRequest,
 ) -> Result<(), Error> {
-    let mut motions = Vec::new();
-    for attractor in found.iter() {
-        let mut settled = None;
-        for returns in SETTLED_AFTER {
-            if attractor.orbit.is_none() || settled.is_some() {
-                break;
-            }
+    let motion = |attractor: &OtherAttractor| {
+        let periodic = SETTLED_AFTER.into_iter().filter(|_| attractor.orbit.is_some());
+        for returns in periodic {
             let motion = MotionEvents::of(scene, map.orbit(), &flight(attractor, returns))?;
-            settled = motion.filter(MotionEvents::repeats);
+            if let Some(settled) = motion.filter(MotionEvents::repeats) {
+                return Ok(Some(settled));
+            }
         }
-        motions.push(settled);
-    }
+        Ok::<_, Error>(None)
+    };
+    let motions: Vec<_> = found.iter().map(motion).collect::<Result<_, _>>()?;
     let first = MotionEvents::first_of_each(&motions);
     for (number, motion) in motions.iter().enumerate() {
         if let Some(motion) = motion {

@@ -334,7 +334,8 @@ pub enum Period {
 }
 
 impl Period {
-    /// The period of a run of states (`dimension` numbers each, one state after another).
+    /// The period of a run of states (`dimension` numbers each, one state after another), one of
+    /// whose coordinates may be a phase.
     ///
     /// States agree if every coordinate agrees to `tolerance` times its scale. A period is accepted
     /// if *all* states agree with those a period later, and the run holds it at least twice. States
@@ -342,12 +343,7 @@ impl Period {
     /// orbit that approaches a period while it turns about it seems to have a multiple of that
     /// period: twice of it near a multiplier −1, `q` times near a `q`-th root of 1. The result is
     /// therefore the least divisor of the period by which states come closer along the run.
-    pub fn of(states: &[f64], scales: &[f64], tolerance: f64) -> Self {
-        Self::with_phase(states, scales, PhaseCircle::none(), tolerance)
-    }
-
-    /// The period of a run of states one of whose coordinates is a phase, as [`of`](Self::of).
-    pub fn with_phase(states: &[f64], scales: &[f64], circle: PhaseCircle, tolerance: f64) -> Self {
+    pub fn of(states: &[f64], scales: &[f64], circle: PhaseCircle, tolerance: f64) -> Self {
         Run { states, scales, circle }.period(tolerance)
     }
 }
@@ -524,6 +520,10 @@ mod tests {
         }
     }
 
+    fn period_of(states: &[f64], scales: &[f64], tolerance: f64) -> Period {
+        Period::of(states, scales, PhaseCircle::none(), tolerance)
+    }
+
     #[test]
     fn the_logistic_map_doubles_its_period() {
         let request = OrbitRequest::new(5000, 64, &[1.0]);
@@ -568,8 +568,8 @@ mod tests {
     #[test]
     fn the_smallest_period_is_found() {
         let states: Vec<f64> = (0..12).flat_map(|n| [f64::from(n % 3), 1.0]).collect();
-        assert_eq!(Period::of(&states, &[1.0, 1.0], 1e-9), Period::Periodic(3));
-        assert_eq!(Period::of(&states, &[1e12, 1.0], 1e-9), Period::Periodic(1));
+        assert_eq!(period_of(&states, &[1.0, 1.0], 1e-9), Period::Periodic(3));
+        assert_eq!(period_of(&states, &[1e12, 1.0], 1e-9), Period::Periodic(1));
     }
 
     #[test]
@@ -577,7 +577,7 @@ mod tests {
         // Period 3, approached by a factor of −0.99 every three iterates, from 1e-3 of its scale.
         let approach = |n: i32| 1e-3 * (-0.99_f64).powi(n / 3);
         let states: Vec<f64> = (0..200).map(|n| f64::from(n % 3) + approach(n)).collect();
-        assert_eq!(Period::of(&states, &[1.0], 1e-4), Period::Periodic(3));
+        assert_eq!(period_of(&states, &[1.0], 1e-4), Period::Periodic(3));
     }
 
     #[test]
@@ -585,7 +585,7 @@ mod tests {
         // Period 3, approached by a factor of 0.9 and a turn in every iterate, from 1e-6.
         let spiral = |n: i32| 1e-6 * 0.9_f64.powi(n) * (1.3 * f64::from(n)).cos();
         let states: Vec<f64> = (0..64).map(|n| 1e-3 * f64::from(n % 3) + spiral(n)).collect();
-        assert_eq!(Period::of(&states, &[1.0], 1e-8), Period::NotFound);
+        assert_eq!(period_of(&states, &[1.0], 1e-8), Period::NotFound);
         let approached = |states: &[f64], tolerance: f64| {
             Run { states, scales: &[1.0], circle: PhaseCircle::none() }.approached(tolerance)
         };
@@ -642,27 +642,27 @@ mod tests {
         // Rounding of another size in every period, which grows thirtyfold in every iterate of it.
         let grown = |n: i32| f64::from(1 + n / 5 % 3) * 3e-15 * 30_f64.powi(n % 5);
         let forgotten: Vec<f64> = (0..40).map(|n| unit(n) + grown(n)).collect();
-        assert_eq!(Period::of(&forgotten, &[1.0], 1e-10), Period::Periodic(5));
+        assert_eq!(period_of(&forgotten, &[1.0], 1e-10), Period::Periodic(5));
         // Rounding that is never forgotten: an orbit that begins on an unstable one and leaves it.
         let leaving: Vec<f64> = (0..40).map(|n| unit(n) + 3e-15 * 1.8_f64.powi(n)).collect();
-        assert_eq!(Period::of(&leaving, &[1.0], 1e-10), Period::NotFound);
+        assert_eq!(period_of(&leaving, &[1.0], 1e-10), Period::NotFound);
         // An orbit that comes back to a state exactly, but by other ways.
         let other = |n: i32| if n % 5 == 2 && n / 5 % 2 == 0 { 0.01 } else { 0.0 };
         let ways: Vec<f64> = (0..20).map(|n| unit(n) + other(n)).collect();
-        assert_eq!(Period::of(&ways, &[1.0], 1e-10), Period::Periodic(10));
+        assert_eq!(period_of(&ways, &[1.0], 1e-10), Period::Periodic(10));
     }
 
     #[test]
     fn a_doubled_period_is_kept() {
         let states: Vec<f64> =
             (0..200).map(|n| f64::from(n % 3) + 1e-3 * f64::from(n / 3 % 2)).collect();
-        assert_eq!(Period::of(&states, &[1.0], 1e-4), Period::Periodic(6));
+        assert_eq!(period_of(&states, &[1.0], 1e-4), Period::Periodic(6));
     }
 
     #[test]
     fn a_drift_has_no_period() {
         let states: Vec<f64> = (0..50).map(|n| f64::from(n) * 1e-3).collect();
-        assert_eq!(Period::of(&states, &[1.0], 1e-6), Period::NotFound);
-        assert_eq!(Period::of(&[], &[1.0], 1e-6), Period::NotFound);
+        assert_eq!(period_of(&states, &[1.0], 1e-6), Period::NotFound);
+        assert_eq!(period_of(&[], &[1.0], 1e-6), Period::NotFound);
     }
 }

@@ -246,9 +246,9 @@ impl<'a> DirectBranches<'a> {
     fn settled_itinerary(&self, flight: &RecordedFlight) -> Option<ContactItinerary> {
         let (circle, units) = (self.image.circle(), &self.units.state);
         let states = flight.states.concat();
-        let found = Period::with_phase(&states, units, circle, ATTRACTED);
+        let found = Period::of(&states, units, circle, ATTRACTED);
         let Period::Periodic(period) = found else { return None };
-        if period > self.request.longest.min(flight.returns.len()) {
+        if period > self.request.longest {
             return None;
         }
         let returns = flight.returns[..period].to_vec();

@@ -345,19 +345,19 @@ impl<'a> MapCrises<'a> {
                 if (ends[0][held] - ends[1][held]).abs() > RESOLVED {
                     continue;
                 }
+                let beside = |away: f64| {
+                    let mut start = saddle.unknowns.clone();
+                    start[held] += away;
+                    self.saddle_near(itinerary, &mut equations.clone(), &start)
+                };
                 let holds = |away: f64| {
-                    let mut beside = saddle.unknowns.clone();
-                    beside[held] += away;
-                    let beside = self.saddle_near(itinerary, &mut equations.clone(), &beside);
-                    beside.is_some_and(|beside| self.holds(itinerary, &beside, side))
+                    beside(away).is_some_and(|beside| self.holds(itinerary, &beside, side))
                 };
                 let [below, above] = [holds(-BESIDE_IT), holds(BESIDE_IT)];
                 // Elsewhere the manifolds of the saddle touch, and no attractor is there.
                 let wanders = |away: f64| {
-                    let mut beside = saddle.unknowns.clone();
-                    beside[held] += if above { away } else { -away };
-                    let beside = self.saddle_near(itinerary, &mut equations.clone(), &beside);
-                    beside.is_some_and(|beside| self.wanders(&beside, side))
+                    let away = if above { away } else { -away };
+                    beside(away).is_some_and(|beside| self.wanders(&beside, side))
                 };
                 if below != above && WANDERS_AT.into_iter().any(wanders) {
                     // Of contacts too close together to separate, the first is kept.
