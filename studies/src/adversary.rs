@@ -20,10 +20,14 @@ const CLIMB: usize = 150;
 const DECADES: f64 = 15.0;
 /// Number of bisections that meet a depth: to the last bit of the variable that is moved.
 const HALVINGS: usize = 60;
-/// Ratio of error to claim from which an error is taken from double-double.
-const CONFIRMED: f64 = 0.5;
+/// Largest share of a claim that the rounding of a simulated image may have: errors of images with
+/// more are taken from double-double.
+const BLURRED: f64 = 0.01;
 /// Bound on the rounding of an image by direct simulation in double precision.
 const ROUNDING: f64 = 1e-11;
+/// Bound on the rounding of a depth in double precision; an impact speed near 0 is a square root of
+/// its depth.
+const ROUNDING_OF_DEPTHS: f64 = 1e-15;
 /// Factors of a mutation's step after success and after failure; the step stays constant if one in
 /// five succeeds (Rechenberg).
 const ADAPTS: [f64; 2] = [1.5, 0.903];
@@ -184,7 +188,8 @@ impl Adversary<'_> {
     }
 
     /// Ratios of a point's errors to the claims; `None` if the point is outside the window, or
-    /// lost. Errors that could be near a claim are taken from double-double.
+    /// lost. Ratios that would be the largest so far are taken from double-double, and so are those
+    /// that the rounding of double precision blurs.
     fn excess(&mut self, point: &Point) -> Option<Vec<f64>> {
         let (state, parameters) = self.offsets(point)?;
         let depths = self.depths.at(&state, &parameters);
@@ -193,9 +198,18 @@ impl Adversary<'_> {
         }
         let mut image = vec![0.0; state.len()];
         self.form.step(&state, &parameters, &mut image);
-        let is_far = |(error, claim): (&f64, &f64)| error + ROUNDING < CONFIRMED * claim;
-        let are_far = |errors: &Vec<f64>| errors.iter().zip(self.claims).all(is_far);
-        let in_double = errors(&state, &parameters, &image, &mut self.direct).filter(are_far);
+        let depth = depths.iter().fold(f64::INFINITY, |least, depth| depth.abs().min(least));
+        let rounding = ROUNDING + ROUNDING_OF_DEPTHS / depth.max(ROUNDING_OF_DEPTHS).sqrt();
+        let pairs = || self.claims.iter().zip(&self.found.excess);
+        let is_sharp = pairs().all(|(claim, _)| rounding < BLURRED * claim);
+        let is_known = |errors: &Vec<f64>| {
+            let largest = pairs().map(|(claim, excess)| claim * excess);
+            errors.iter().zip(largest).all(|(error, largest)| error + rounding < largest)
+        };
+        let in_double = match is_sharp {
+            true => errors(&state, &parameters, &image, &mut self.direct).filter(is_known),
+            false => None,
+        };
         let exact = || errors(&state, &parameters, &image, &mut self.exact);
         let Some(errors) = in_double.or_else(exact) else {
             self.found.lost += 1;
