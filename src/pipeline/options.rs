@@ -21,7 +21,11 @@ pub const METHODS: Words<Method> = &[
     ("map", Method::Map, "The local map"),
     ("guarded", Method::Guarded, "The local map inside its window, direct simulation outside"),
     ("direct", Method::Direct, "Direct simulation"),
+    ("atlas", Method::Atlas, "Polynomials on boxes wherever orbits come, made from direct returns"),
 ];
+
+/// Methods that iterate states whose parameters vary from return to return.
+pub const RETURN_METHODS: Words<Method> = METHODS.split_at(3).0;
 
 /// Cells of a basin that are computed: whether every one is.
 pub(super) const CELLS: Words<bool> = &[

@@ -34,7 +34,7 @@ impl SimulatedReturns {
     /// parameters and by whether it lies in the window.
     fn add(&mut self, method: Method, points: &[(Vec<f64>, bool)], each: f64) {
         let is_simulated = |(_, inside): &&(Vec<f64>, bool)| match method {
-            Method::Map => false,
+            Method::Map | Method::Atlas => false,
             Method::Guarded => !inside,
             Method::Direct => true,
         };

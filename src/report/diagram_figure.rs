@@ -8,8 +8,12 @@ use crate::iteration::{OrbitEnd, Period};
 use crate::model::Method;
 
 /// Methods of sweeps, with the suffixes of their file names.
-const METHODS: [(Method, &str); 3] =
-    [(Method::Guarded, "-guarded"), (Method::Map, "-map"), (Method::Direct, "-direct")];
+const METHODS: [(Method, &str); 4] = [
+    (Method::Guarded, "-guarded"),
+    (Method::Map, "-map"),
+    (Method::Direct, "-direct"),
+    (Method::Atlas, "-atlas"),
+];
 
 /// Figures of a diagram, each with the suffix of its file name.
 ///
@@ -410,6 +414,7 @@ pub(super) fn method_word(method: Method) -> &'static str {
         Method::Map => "map",
         Method::Guarded => "guarded",
         Method::Direct => "direct simulation",
+        Method::Atlas => "atlas",
     }
 }
 

@@ -563,6 +563,7 @@ fn chart_subject(method: Method) -> &'static str {
         Method::Map => "the map alone",
         Method::Guarded => "the map, and direct simulation outside its window,",
         Method::Direct => "direct simulation",
+        Method::Atlas => "an atlas",
     }
 }
 

@@ -58,7 +58,7 @@ impl Tabulated for RootSurface {
             head if head > 0.0 => Piece::Smooth(Patch::new(&[depth.sqrt()])),
             _ => Piece::Smooth(Patch::new(&[zero])),
         };
-        Expansion::Piece(piece)
+        Expansion::Piece(piece, None)
     }
 }
 

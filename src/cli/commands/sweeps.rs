@@ -143,7 +143,7 @@ pub(in crate::cli) fn basin(options: &BasinArguments) -> Result<(), CliError> {
 
 /// Whether all methods are direct simulation.
 fn is_direct(methods: &[Method]) -> bool {
-    methods.iter().all(|&method| method == Method::Direct)
+    methods.iter().all(|method| method.is_direct())
 }
 
 /// Refuses diagrams of a scene that cannot be computed, or that memory does not hold.
@@ -162,10 +162,10 @@ fn check_charts(scene: &Scene, quiet: bool) -> Result<(), CliError> {
 fn basin_contacts(keys: &BasinKeys, scene: &Scene) -> Contacts {
     let plans = &scene.basins;
     let (direct, manifolds) = match keys.name_any() || plans.is_empty() {
-        true => (keys.with == Some(Method::Direct), keys.manifolds.is_some()),
+        true => (keys.with.is_some_and(Method::is_direct), keys.manifolds.is_some()),
         false => {
             let mut methods = plans.iter().flat_map(|plan| &plan.with);
-            let direct = methods.all(|&method| method == Method::Direct);
+            let direct = methods.all(|method| method.is_direct());
             (direct, plans.iter().any(|plan| plan.manifolds.is_some()))
         }
     };

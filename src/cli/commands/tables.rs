@@ -27,6 +27,7 @@ impl Table {
             Method::Map => "\"map\"".to_owned(),
             Method::Guarded => "\"guarded\"".to_owned(),
             Method::Direct => "\"direct\"".to_owned(),
+            Method::Atlas => "\"atlas\"".to_owned(),
         };
         let start = |start: &Named<Position>| {
             let pairs = origin.offsets(start).0;

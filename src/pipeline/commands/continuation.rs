@@ -7,7 +7,7 @@ use crate::analysis::branches::{BranchObservable, BranchRequest, Branches};
 use crate::analysis::diagram::Diagram;
 use crate::analysis::loci::{LociRequest, LocusKind};
 use crate::analysis::{NoProgress, Progress, Shard, SubProgress, itinerary};
-use crate::model::{ChartRequest, Method};
+use crate::model::ChartRequest;
 use crate::pipeline::keys::{
     ActiveParameters, COORDINATES, KeyError, OrbitsOf, itineraries, longest_period, named_offsets,
 };
@@ -371,7 +371,7 @@ fn chart_below(
     };
     let mut charts = map.scene().charts.iter();
     let is_made = |request: &ChartRequest| {
-        map.local().has_contacts() || request.with.iter().all(|&method| method == Method::Direct)
+        map.local().has_contacts() || request.with.iter().all(|method| method.is_direct())
     };
     let asked = |request: &&ChartRequest| names(request) == listing.plane && is_made(request);
     let Some(request) = charts.find(asked) else {

@@ -8,7 +8,7 @@ use crate::analysis::noise::{NoiseLaw, NoiseRequest};
 use crate::model::Method;
 use crate::pipeline::keys::{ActiveParameters, COORDINATES, KeyError, named_offsets, place_of};
 #[cfg(feature = "cli")]
-use crate::pipeline::options::{LAWS, METHODS, one_of, positions, ranges, sizes};
+use crate::pipeline::options::{LAWS, RETURN_METHODS, one_of, positions, ranges, sizes};
 use crate::pipeline::positions::{Counting, Ends, Origin, Position};
 use crate::pipeline::{Answer, Error, Map};
 use crate::report::{
@@ -55,7 +55,7 @@ pub struct FitKeys {
     #[serde(alias = "using")]
     #[cfg_attr(
         feature = "cli",
-        arg(long, default_value = "guarded", value_parser = one_of(METHODS))
+        arg(long, default_value = "guarded", value_parser = one_of(RETURN_METHODS))
     )]
     pub method: Method,
 }
@@ -199,7 +199,7 @@ pub struct NoiseKeys {
     #[serde(alias = "using")]
     #[cfg_attr(
         feature = "cli",
-        arg(long, default_value = "guarded", value_parser = one_of(METHODS))
+        arg(long, default_value = "guarded", value_parser = one_of(RETURN_METHODS))
     )]
     pub method: Method,
 }

@@ -5,22 +5,35 @@
 
 use std::sync::Arc;
 
-use super::patch::{Patch, Piece, SharedSpaces};
-use super::tree::{Answer, Atlas, Node, Tabulated};
+use super::patch::{Patch, Piece, SharedSpaces, Side};
+use super::tree::{Answer, Atlas, Leaf, Node, Tabulated};
 use crate::jet::{JetError, JetSpace};
 
-/// Leaves of an atlas at fixed parameters, each reduced when a point first comes to it.
+/// Boxes of an atlas at fixed parameters: a tree of the coordinates alone, copied where points
+/// come, with reduced leaves.
 ///
-/// Images are those of the atlas, to rounding.
+/// Images are those of the atlas, to rounding. A step in a box that is known takes no lock.
 #[derive(Clone, Debug)]
 pub struct FrozenLeaves {
     parameters: Vec<f64>,
-    /// Reduced pieces by node.
-    pieces: Vec<Option<Box<Piece>>>,
+    nodes: Vec<FrozenNode>,
     spaces: SharedSpaces,
     point: Vec<f64>,
     local: Vec<f64>,
     monomials: Vec<f64>,
+}
+
+/// Node at fixed parameters.
+#[derive(Clone, Debug)]
+enum FrozenNode {
+    /// Node of the atlas that no point has come to.
+    Unknown(usize),
+    /// Halved box, as in the atlas.
+    Halved { axis: usize, at: f64, first: usize },
+    /// Leaf with reduced polynomials.
+    Leaf(Box<Leaf>),
+    /// Leaf whose points are simulated.
+    Direct,
 }
 
 impl FrozenLeaves {
@@ -28,7 +41,7 @@ impl FrozenLeaves {
     pub fn new(parameters: &[f64]) -> Self {
         Self {
             parameters: parameters.to_vec(),
-            pieces: Vec::new(),
+            nodes: vec![FrozenNode::Unknown(0)],
             spaces: SharedSpaces::default(),
             point: Vec::new(),
             local: Vec::new(),
@@ -47,30 +60,99 @@ impl FrozenLeaves {
         state: &[f64],
         image: &mut [f64],
     ) -> Answer {
+        match self.tabulated(atlas, state, image) {
+            Ok((side, _)) => Answer::Tabulated(side),
+            Err(source) => {
+                self.point.clear();
+                self.point.extend(state.iter().chain(&self.parameters));
+                atlas.direct(&self.point, image, source)
+            }
+        }
+    }
+
+    /// Image of a state by the polynomials of its leaf, with the label of the leaf.
+    ///
+    /// # Errors
+    ///
+    /// The source of an image where there are no polynomials; nothing is simulated.
+    ///
+    /// # Panics
+    ///
+    /// As [`image`](Self::image).
+    pub fn tabulated<M: Tabulated>(
+        &mut self,
+        atlas: &mut Atlas<M>,
+        state: &[f64],
+        image: &mut [f64],
+    ) -> Result<(Side, u64), Answer> {
+        let axes = state.len() + self.parameters.len();
+        assert_eq!(axes, atlas.ranges.len(), "one coordinate per axis");
+        let sides = atlas.ranges.iter().zip(state.iter().chain(&self.parameters));
+        if !sides.into_iter().all(|([low, high], value)| (low..=high).contains(&value)) {
+            return Err(Answer::Outside);
+        }
+        let mut node = 0;
+        loop {
+            match &self.nodes[node] {
+                FrozenNode::Halved { axis, at, first } => {
+                    node = first + usize::from(state[*axis] >= *at);
+                }
+                FrozenNode::Direct => return Err(Answer::Direct),
+                FrozenNode::Leaf(leaf) => {
+                    leaf.local(state, &mut self.local);
+                    let side = leaf.piece.evaluate(&mut self.local, &mut self.monomials, image);
+                    return Ok((side, leaf.label));
+                }
+                &FrozenNode::Unknown(known) => self.learn(node, known, atlas, state)?,
+            }
+        }
+    }
+
+    /// Copies the node `known` of an atlas, which holds a state, to `node`, if need be halving and
+    /// making leaves there.
+    ///
+    /// # Errors
+    ///
+    /// The source of the image of the state beyond the most boxes.
+    fn learn<M: Tabulated>(
+        &mut self,
+        node: usize,
+        known: usize,
+        atlas: &mut Atlas<M>,
+        state: &[f64],
+    ) -> Result<(), Answer> {
         self.point.clear();
         self.point.extend(state.iter().chain(&self.parameters));
-        assert_eq!(self.point.len(), atlas.ranges.len(), "one coordinate per axis");
-        let node = match atlas.leaf_of(&self.point) {
-            Ok(node) => node,
-            Err(source) => return atlas.direct(&self.point, image, source),
+        atlas.leaf_of(&self.point)?;
+        let tree = atlas.tree();
+        self.nodes[node] = match &tree.nodes[known] {
+            Node::Open(_) => FrozenNode::Unknown(known),
+            Node::Direct => FrozenNode::Direct,
+            &Node::Halved { axis, at, first } => match axis.checked_sub(state.len()) {
+                Some(fixed) => {
+                    FrozenNode::Unknown(first + usize::from(self.parameters[fixed] >= at))
+                }
+                None => {
+                    let own = self.nodes.len();
+                    self.nodes.extend([first, first + 1].map(FrozenNode::Unknown));
+                    FrozenNode::Halved { axis, at, first: own }
+                }
+            },
+            Node::Leaf(leaf) => {
+                leaf.local(&self.point, &mut self.local);
+                let piece = frozen_piece(&leaf.piece, &self.local[state.len()..], &mut self.spaces);
+                match piece {
+                    Ok(piece) => FrozenNode::Leaf(Box::new(Leaf {
+                        centre: leaf.centre[..state.len()].to_vec(),
+                        inverse: leaf.inverse[..state.len()].to_vec(),
+                        piece,
+                        label: leaf.label,
+                    })),
+                    Err(_) => FrozenNode::Direct,
+                }
+            }
         };
-        let Node::Leaf(leaf) = &atlas.nodes[node] else {
-            return atlas.direct(&self.point, image, Answer::Direct);
-        };
-        leaf.local(&self.point, &mut self.local);
-        if self.pieces.len() <= node {
-            self.pieces.resize(node + 1, None);
-        }
-        if self.pieces[node].is_none() {
-            let Ok(piece) = frozen_piece(&leaf.piece, &self.local[state.len()..], &mut self.spaces)
-            else {
-                return atlas.direct(&self.point, image, Answer::Direct);
-            };
-            self.pieces[node] = Some(Box::new(piece));
-        }
-        self.local.truncate(state.len());
-        let piece = self.pieces[node].as_deref().unwrap_or(&leaf.piece);
-        Answer::Tabulated(piece.evaluate(&mut self.local, &mut self.monomials, image))
+        Ok(())
     }
 }
 

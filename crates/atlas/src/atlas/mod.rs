@@ -7,6 +7,7 @@
 mod cell;
 mod flight;
 mod frozen;
+mod interpolation;
 mod patch;
 mod region;
 mod saved;
@@ -15,6 +16,7 @@ mod tree;
 
 pub use cell::Cell;
 pub use frozen::FrozenLeaves;
+pub use interpolation::Interpolation;
 pub use patch::{Patch, Piece, Side};
 pub use region::{Axis, AxisInput, Region, RegionError};
 pub use saved::{RestoreError, SavedAtlas};

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cell::Cell;
 use super::patch::{Patch, Piece};
-use super::tree::{Atlas, AtlasOptions, Leaf, Node, OptionsError, Tabulated};
+use super::tree::{Atlas, AtlasOptions, Leaf, Node, OptionsError, Tabulated, Tree};
 use crate::jet::JetSpace;
 
 /// Tree of an atlas, to be written to a file and read back bit by bit.
@@ -90,14 +90,15 @@ impl SavedAtlas {
 impl<M: Tabulated> Atlas<M> {
     /// Tree with its polynomials, as data.
     pub fn saved(&self) -> SavedAtlas {
+        let tree = self.tree();
         let mut saved = SavedAtlas {
             ranges: self.ranges.clone(),
             options: self.options.clone(),
-            expanded: self.expanded,
+            expanded: tree.expanded,
             spaces: Vec::new(),
-            nodes: Vec::with_capacity(self.nodes.len()),
+            nodes: Vec::with_capacity(tree.nodes.len()),
         };
-        for node in &self.nodes {
+        for node in &tree.nodes {
             let node = match node {
                 Node::Open(_) => SavedNode::Open,
                 Node::Direct => SavedNode::Direct,
@@ -124,14 +125,14 @@ impl<M: Tabulated> Atlas<M> {
     /// [`RestoreError`].
     pub fn restore(map: M, saved: &SavedAtlas, boxes: usize) -> Result<Self, RestoreError> {
         let boxes = saved.expanded.saturating_add(boxes);
-        let mut atlas = Self::new(map, AtlasOptions { boxes, ..saved.options.clone() })?;
+        let atlas = Self::new(map, AtlasOptions { boxes, ..saved.options.clone() })?;
         if atlas.ranges != saved.ranges {
             let (expected, found) = (atlas.ranges, saved.ranges.clone());
             return Err(RestoreError::Region { expected, found });
         }
         let nodes = saved.nodes_of(atlas.scales.len());
-        atlas.nodes = nodes.map_err(|node| RestoreError::Damaged { node })?;
-        atlas.expanded = saved.expanded;
+        let nodes = nodes.map_err(|node| RestoreError::Damaged { node })?;
+        *atlas.tree() = Tree { nodes, expanded: saved.expanded };
         Ok(atlas)
     }
 }
@@ -161,8 +162,8 @@ impl SavedAtlas {
         for (place, node) in self.nodes.iter().enumerate() {
             let cell = cells[place].take().ok_or(place)?;
             let leaf = |piece: Option<Piece>| {
-                let leaf = Leaf::new(&cell, piece.ok_or(place)?);
-                Ok::<_, usize>(Node::Leaf(Box::new(leaf)))
+                let leaf = Leaf::new(&cell, piece.ok_or(place)?, 0);
+                Ok::<_, usize>(Node::Leaf(Arc::new(leaf)))
             };
             let node = match node {
                 SavedNode::Open => Node::Open(Box::new(cell)),

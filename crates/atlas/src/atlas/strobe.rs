@@ -452,7 +452,7 @@ impl Tabulated for StroboscopicReturn<'_> {
 
     fn expand(&mut self, cell: &Cell, order: usize) -> Expansion {
         match self.piece(cell, order) {
-            Ok(piece) => Expansion::Piece(piece),
+            Ok(piece) => Expansion::Piece(piece, None),
             Err(Stopped::Crossing(jet) | Stopped::Graze(_, jet)) => {
                 Expansion::Unresolved { crossing: Some(*jet) }
             }

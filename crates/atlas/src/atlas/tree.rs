@@ -4,6 +4,8 @@
 //! points of the box are within the tolerance. Otherwise it is halved along the axis that lowers
 //! the error most. A box that was halved too often stays *direct*: its points are simulated.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
 use serde::{Deserialize, Serialize};
 
 use super::cell::Cell;
@@ -25,13 +27,20 @@ pub trait Tabulated {
 
     /// Expands the map on a box to an order.
     fn expand(&mut self, cell: &Cell, order: usize) -> Expansion;
+
+    /// Label of the last expansion, which its leaf keeps, as for a word of contacts; 0 unless the
+    /// map has labels. Labels are not saved.
+    fn label(&self) -> u64 {
+        0
+    }
 }
 
 /// Result of an expansion on a box.
 #[derive(Clone, Debug)]
 pub enum Expansion {
-    /// Polynomials that hold if their terms fall fast enough.
-    Piece(Piece),
+    /// Polynomials, with an estimate of their error in the map's scales; without one, they hold if
+    /// their terms fall fast enough.
+    Piece(Piece, Option<f64>),
     /// No polynomial describes the map on the box.
     Unresolved {
         /// Jet that should keep its sign on the box and does not.
@@ -161,6 +170,14 @@ pub struct Measurement {
     pub violations: Vec<Vec<f64>>,
 }
 
+/// Tree of boxes, which the copies of an atlas share.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    pub(super) nodes: Vec<Node>,
+    /// Boxes expanded so far.
+    pub(super) expanded: usize,
+}
+
 /// Node of the tree.
 #[derive(Clone, Debug)]
 pub(super) enum Node {
@@ -169,9 +186,17 @@ pub(super) enum Node {
     /// Halved box: points below `at` belong to the node `first`, others to the one after it.
     Halved { axis: usize, at: f64, first: usize },
     /// Leaf with polynomials.
-    Leaf(Box<Leaf>),
+    Leaf(Arc<Leaf>),
     /// Leaf whose points are simulated.
     Direct,
+}
+
+/// What becomes of a box to which a point has come.
+enum Settled {
+    Leaf(Arc<Leaf>),
+    Direct,
+    /// Halved along an axis.
+    Halved(usize),
 }
 
 #[derive(Clone, Debug)]
@@ -180,6 +205,8 @@ pub(super) struct Leaf {
     /// Reciprocals of the half-widths.
     pub(super) inverse: Vec<f64>,
     pub(super) piece: Piece,
+    /// Label of its expansion.
+    pub(super) label: u64,
 }
 
 impl Node {
@@ -198,9 +225,9 @@ impl Node {
 }
 
 impl Leaf {
-    pub(super) fn new(cell: &Cell, piece: Piece) -> Self {
+    pub(super) fn new(cell: &Cell, piece: Piece, label: u64) -> Self {
         let inverse = cell.half.iter().map(|half| 1.0 / half).collect();
-        Self { centre: cell.centre.clone(), inverse, piece }
+        Self { centre: cell.centre.clone(), inverse, piece, label }
     }
 
     /// Coordinates of a point, `−1` to `1` across the box.
@@ -214,16 +241,15 @@ impl Leaf {
 /// A map held over a region, to a tolerance.
 ///
 /// The image of a point is the same whichever points came before it, unless the most boxes were
-/// reached.
+/// reached. A clone has a map of its own and shares the boxes, so that several threads may make
+/// them.
 #[derive(Clone, Debug)]
 pub struct Atlas<M> {
     map: M,
     pub(super) options: AtlasOptions,
     pub(super) scales: Vec<f64>,
     pub(super) ranges: Vec<[f64; 2]>,
-    pub(super) nodes: Vec<Node>,
-    /// Boxes expanded so far.
-    pub(super) expanded: usize,
+    pub(super) shared: Arc<Mutex<Tree>>,
     /// Point in the coordinates of a box, and its monomials.
     local: Vec<f64>,
     monomials: Vec<f64>,
@@ -244,13 +270,13 @@ impl<M: Tabulated> Atlas<M> {
             return Err(OptionsError::Order { found: options.order, most: MOST_ORDER });
         }
         let ranges = map.ranges();
+        let nodes = vec![Node::Open(Box::new(Cell::whole(&ranges)))];
         Ok(Self {
             scales: map.scales(),
-            nodes: vec![Node::Open(Box::new(Cell::whole(&ranges)))],
+            shared: Arc::new(Mutex::new(Tree { nodes, expanded: 0 })),
             ranges,
             map,
             options,
-            expanded: 0,
             local: Vec::new(),
             monomials: Vec::new(),
         })
@@ -276,10 +302,9 @@ impl<M: Tabulated> Atlas<M> {
     pub fn image(&mut self, point: &[f64], image: &mut [f64]) -> Answer {
         assert_eq!(point.len(), self.ranges.len(), "one coordinate per axis");
         assert_eq!(image.len(), self.scales.len(), "one value per component");
-        let node = self.leaf_of(point);
-        let leaf = match node.map(|node| &self.nodes[node]) {
-            Ok(Node::Leaf(leaf)) => leaf,
-            Ok(_) => return self.direct(point, image, Answer::Direct),
+        let leaf = match self.leaf_of(point) {
+            Ok(Some(leaf)) => leaf,
+            Ok(None) => return self.direct(point, image, Answer::Direct),
             Err(source) => return self.direct(point, image, source),
         };
         leaf.local(point, &mut self.local);
@@ -303,13 +328,22 @@ impl<M: Tabulated> Atlas<M> {
     /// Makes all leaves, up to the most boxes.
     pub fn make_all(&mut self) {
         let mut node = 0;
-        while node < self.nodes.len() && !self.is_exhausted() {
-            if let Node::Open(cell) = &self.nodes[node] {
-                let cell = cell.clone();
+        while node < self.tree().nodes.len() && !self.is_exhausted() {
+            let open = match &self.tree().nodes[node] {
+                Node::Open(cell) => Some(cell.clone()),
+                _ => None,
+            };
+            if let Some(cell) = open {
                 self.settle(node, &cell);
             }
             node += 1;
         }
+    }
+
+    /// The tree, locked.
+    pub(super) fn tree(&self) -> MutexGuard<'_, Tree> {
+        // NOTE: a box is settled in one assignment, so that a panic leaves a whole tree.
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Settings.
@@ -319,12 +353,12 @@ impl<M: Tabulated> Atlas<M> {
 
     /// Number of boxes expanded so far.
     pub fn expanded(&self) -> usize {
-        self.expanded
+        self.tree().expanded
     }
 
     /// Whether the most boxes were expanded.
     pub fn is_exhausted(&self) -> bool {
-        self.expanded >= self.options.boxes
+        self.expanded() >= self.options.boxes
     }
 
     /// Shares of the region by kind of leaf.
@@ -345,7 +379,7 @@ impl<M: Tabulated> Atlas<M> {
     /// Number of leaves by kind.
     pub fn counts(&self) -> LeafCounts {
         let mut counts = LeafCounts::default();
-        for node in &self.nodes {
+        for node in &self.tree().nodes {
             *match node.kind() {
                 None => &mut counts.halved,
                 Some(LeafKind::Open) => &mut counts.open,
@@ -359,10 +393,11 @@ impl<M: Tabulated> Atlas<M> {
 
     /// Leaves, and boxes to which no point has come, in the order in which they were made.
     pub fn boxes(&self) -> Vec<LeafBox> {
-        let mut cells = vec![None; self.nodes.len()];
+        let tree = self.tree();
+        let mut cells = vec![None; tree.nodes.len()];
         cells[0] = Some(Cell::whole(&self.ranges));
         let mut boxes = Vec::new();
-        for (node, own) in self.nodes.iter().enumerate() {
+        for (node, own) in tree.nodes.iter().enumerate() {
             let Some(cell) = cells[node].take() else { continue };
             match (own, own.kind()) {
                 (Node::Halved { axis, first, .. }, _) => {
@@ -379,14 +414,19 @@ impl<M: Tabulated> Atlas<M> {
 
     /// Kind of the leaf of a point of the region; makes none.
     pub fn kind_at(&self, point: &[f64]) -> LeafKind {
-        self.nodes[self.node_below(0, point)].kind().unwrap_or(LeafKind::Open)
+        let tree = self.tree();
+        tree.nodes[tree.below(0, point)].kind().unwrap_or(LeafKind::Open)
     }
 
     /// Depth `−h_min` of the graze that cuts a leaf, relative to the deepest on its box; NaN for a
     /// node without a graze.
     pub fn depth_in(&mut self, node: usize, point: &[f64]) -> f64 {
         let mut depth = [f64::NAN];
-        if let Node::Leaf(leaf) = &self.nodes[node]
+        let leaf = match &self.tree().nodes[node] {
+            Node::Leaf(leaf) => Some(Arc::clone(leaf)),
+            _ => None,
+        };
+        if let Some(leaf) = leaf
             && let Piece::Grazed { depth: patch, .. } = &leaf.piece
         {
             leaf.local(point, &mut self.local);
@@ -407,7 +447,8 @@ impl<M: Tabulated> Atlas<M> {
             }
             Node::Halved { .. } | Node::Direct => 0,
         };
-        size_of_val(&self.nodes[..]) + self.nodes.iter().map(held).sum::<usize>()
+        let tree = self.tree();
+        size_of_val(&tree.nodes[..]) + tree.nodes.iter().map(held).sum::<usize>()
     }
 
     /// Compares images with direct ones at points that cover the region evenly, other points than
@@ -457,62 +498,76 @@ impl<M: Tabulated> Atlas<M> {
         Answer::NoImage
     }
 
-    /// Node of the leaf of a point, made if there is none.
+    /// Leaf of a point, made if there is none; `None` for a box whose points are simulated.
     ///
     /// # Errors
     ///
     /// The source of the image where there is no leaf: outside the region, or beyond the most
     /// boxes.
-    pub(super) fn leaf_of(&mut self, point: &[f64]) -> Result<usize, Answer> {
+    pub(super) fn leaf_of(&mut self, point: &[f64]) -> Result<Option<Arc<Leaf>>, Answer> {
         if !self.holds(point) {
             return Err(Answer::Outside);
         }
-        let mut node = self.node_below(0, point);
-        while let Node::Open(cell) = &self.nodes[node] {
-            if self.is_exhausted() {
-                return Err(Answer::Direct);
-            }
-            let cell = cell.clone();
+        let mut node = 0;
+        loop {
+            let cell = {
+                let tree = self.tree();
+                node = tree.below(node, point);
+                match &tree.nodes[node] {
+                    Node::Leaf(leaf) => return Ok(Some(Arc::clone(leaf))),
+                    Node::Direct | Node::Halved { .. } => return Ok(None),
+                    Node::Open(_) if tree.expanded >= self.options.boxes => {
+                        return Err(Answer::Direct);
+                    }
+                    Node::Open(cell) => cell.clone(),
+                }
+            };
             self.settle(node, &cell);
-            node = self.node_below(node, point);
         }
-        Ok(node)
     }
 
-    /// Node at or below another one that holds a point of its box and is not halved.
-    fn node_below(&self, mut node: usize, point: &[f64]) -> usize {
-        while let Node::Halved { axis, at, first } = &self.nodes[node] {
-            node = first + usize::from(point[*axis] >= *at);
-        }
-        node
-    }
-
-    /// Makes a leaf of an open box, or halves it.
+    /// Makes a leaf of an open box, or halves it. Another copy of the atlas that came first did the
+    /// same.
     fn settle(&mut self, node: usize, cell: &Cell) {
         check();
-        self.expanded += 1;
-        let axes = cell.centre.len();
-        let gains = match self.map.expand(cell, self.options.order) {
-            Expansion::Piece(piece) => {
-                let error = piece.error(&self.scales);
-                if error <= SHARE * self.options.tolerance && self.is_confirmed(cell, &piece) {
-                    self.nodes[node] = Node::Leaf(Box::new(Leaf::new(cell, piece)));
-                    return;
-                }
-                piece.gains(axes, &self.scales, SHARE * self.options.tolerance)
-            }
-            Expansion::Unresolved { crossing: Some(jet) } => reach(&jet, axes),
-            Expansion::Unresolved { crossing: None } => Vec::new(),
-        };
-        if cell.depth() >= self.options.depth {
-            self.nodes[node] = Node::Direct;
+        let settled = self.settled(cell);
+        let mut tree = self.tree();
+        if !matches!(tree.nodes[node], Node::Open(_)) {
             return;
         }
-        let axis = best(&gains).unwrap_or_else(|| cell.widest());
-        let first = self.nodes.len();
-        let halves = cell.halves(axis);
-        self.nodes.extend(halves.map(|half| Node::Open(Box::new(half))));
-        self.nodes[node] = Node::Halved { axis, at: cell.centre[axis], first };
+        tree.expanded += 1;
+        tree.nodes[node] = match settled {
+            Settled::Leaf(leaf) => Node::Leaf(leaf),
+            Settled::Direct => Node::Direct,
+            Settled::Halved(axis) => {
+                let first = tree.nodes.len();
+                let halves = cell.halves(axis);
+                tree.nodes.extend(halves.map(|half| Node::Open(Box::new(half))));
+                Node::Halved { axis, at: cell.centre[axis], first }
+            }
+        };
+    }
+
+    /// What becomes of a box, by the box alone.
+    fn settled(&mut self, cell: &Cell) -> Settled {
+        let axes = cell.centre.len();
+        let allowed = SHARE * self.options.tolerance;
+        let gains = match self.map.expand(cell, self.options.order) {
+            Expansion::Piece(piece, error) => {
+                let error = error.unwrap_or_else(|| piece.error(&self.scales));
+                if error <= allowed && self.is_confirmed(cell, &piece) {
+                    return Settled::Leaf(Arc::new(Leaf::new(cell, piece, self.map.label())));
+                }
+                piece.gains(axes, &self.scales, allowed)
+            }
+            Expansion::Unresolved { crossing } => {
+                crossing.map_or_else(Vec::new, |jet| reach(&jet, axes))
+            }
+        };
+        match cell.depth() >= self.options.depth {
+            true => Settled::Direct,
+            false => Settled::Halved(best(&gains).unwrap_or_else(|| cell.widest())),
+        }
     }
 
     /// Whether the polynomials of a box agree with direct images at the box's samples.
@@ -530,11 +585,21 @@ impl<M: Tabulated> Atlas<M> {
     }
 }
 
+impl Tree {
+    /// Node at or below another one that holds a point of its box and is not halved.
+    fn below(&self, mut node: usize, point: &[f64]) -> usize {
+        while let Node::Halved { axis, at, first } = &self.nodes[node] {
+            node = first + usize::from(point[*axis] >= *at);
+        }
+        node
+    }
+}
+
 /// Share of the tolerance that estimates and samples of a leaf may use.
 const SHARE: f64 = 0.25;
 
 /// Largest difference of two images, in scales; NaN counts as infinite.
-fn distance(image: &[f64], exact: &[f64], scales: &[f64]) -> f64 {
+pub(super) fn distance(image: &[f64], exact: &[f64], scales: &[f64]) -> f64 {
     let apart = image.iter().zip(exact).zip(scales);
     apart.fold(0.0, |largest: f64, ((value, exact), scale)| {
         let apart = (value - exact).abs() / scale;

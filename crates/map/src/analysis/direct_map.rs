@@ -118,6 +118,17 @@ impl<'a> DirectMap<'a> {
         }
     }
 
+    /// Gap at the first passage after a section point along the free flow, on a tangency section at
+    /// the point itself; NaN if there is none.
+    pub(super) fn gap(&self, state: &[f64], parameters: &[f64]) -> f64 {
+        locked(&self.image).gap(state, parameters).unwrap_or(f64::NAN)
+    }
+
+    /// Whether the section is one of tangency.
+    pub(super) fn is_on_tangency(&self) -> bool {
+        locked(&self.image).is_on_tangency()
+    }
+
     /// Image with all its data; `None` if the input is not finite.
     pub fn simulate(&self, state: &[f64], parameters: &[f64]) -> Option<SectionImage<f64>> {
         // A panic while the lock was held leaves no partial state: every image starts afresh.

@@ -118,6 +118,22 @@ pub enum AnalysisError {
     /// A setting of an atlas cannot be used.
     #[error(transparent)]
     AtlasOptions(#[from] OptionsError),
+    /// A section map has too many coordinates and parameters for an atlas.
+    #[error(
+        "an atlas holds at most {most} coordinates and parameters that vary, and here are {found}"
+    )]
+    TooManyAxes {
+        /// Number of coordinates and parameters that vary.
+        found: usize,
+        /// Most of them.
+        most: usize,
+    },
+    /// An analysis takes no images from an atlas.
+    #[error("{what} takes no images from an atlas")]
+    NotTabulated {
+        /// What takes none.
+        what: &'static str,
+    },
     /// A saved atlas does not fit the map.
     #[error(transparent)]
     Restore(#[from] RestoreError),

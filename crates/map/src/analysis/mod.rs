@@ -27,6 +27,7 @@ mod progress;
 mod refinement;
 mod region_atlas;
 mod section_frame;
+mod section_table;
 pub mod soft_stop;
 mod time_series;
 mod work;

@@ -99,6 +99,9 @@ pub fn noise(
     check_length("standard deviations", active, request.deviations.len())?;
     check_length("coordinates of the start", dimension, request.start.len())?;
     check_length("ranges", dimension, request.ranges.len())?;
+    if request.method == Method::Atlas {
+        return Err(AnalysisError::NotTabulated { what: "noise" });
+    }
     if request.method != Method::Direct {
         check_contacts(map)?;
     }
@@ -181,7 +184,7 @@ impl<'a> NoiseChunk<'a> {
             let by_map = match self.request.method {
                 Method::Map => true,
                 Method::Guarded => inside,
-                Method::Direct => false,
+                Method::Direct | Method::Atlas => false,
             };
             let mut contact = depths.iter().any(|&depth| depth > 0.0);
             if by_map {

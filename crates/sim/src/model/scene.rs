@@ -494,6 +494,16 @@ pub enum Method {
     Guarded,
     /// Direct simulation.
     Direct,
+    /// Polynomials of the return on boxes all over the region that orbits visit, direct simulation
+    /// where there are none.
+    Atlas,
+}
+
+impl Method {
+    /// Whether the method needs no local map, but direct returns alone.
+    pub fn is_direct(self) -> bool {
+        matches!(self, Self::Direct | Self::Atlas)
+    }
 }
 
 /// `[[chart]]`.

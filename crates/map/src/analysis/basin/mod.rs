@@ -20,6 +20,7 @@ use super::periodic::ContactItinerary;
 use super::progress::{PartProgress, Progress, Shard, given};
 use super::refinement::{Tiles, first_asked, neighbours, refine, refine_share};
 use super::section_frame::{EscapeBound, escape_bounds, itinerary};
+use super::section_table::TabulatedRange;
 use super::time_series::TimeSeriesRequest;
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period, parallel};
@@ -132,6 +133,22 @@ impl BasinRequest {
     /// Iterates before an orbit counts as settled, and escape bounds.
     fn settling(&self, subject: &SweepSubject<'_>) -> OrbitRequest {
         subject.orbits(self.transient, 2 * self.longest_period)
+    }
+
+    /// Range of an atlas: the corners of the plane, and what orbits visit from there.
+    fn tabulated(&self) -> TabulatedRange {
+        let corner = |ends: [usize; 2]| {
+            let mut state = self.origin.clone();
+            for ((&axis, range), end) in self.axes.iter().zip(&self.ranges).zip(ends) {
+                state[axis] = range[end];
+            }
+            state
+        };
+        TabulatedRange {
+            parameters: self.parameters.clone(),
+            varied: Vec::new(),
+            states: [[0, 0], [0, 1], [1, 0], [1, 1]].map(corner).into(),
+        }
     }
 
     /// Checks the request against a map.
@@ -362,7 +379,8 @@ pub fn basin(
     progress: &dyn Progress,
 ) -> Result<Basin, AnalysisError> {
     request.check(map)?;
-    let subject = SweepSubject::new(scene, orbit, map);
+    let tabulated = request.tabulated();
+    let subject = SweepSubject { tabulated, ..SweepSubject::new(scene, orbit, map) };
     let swept = subject.swept(request.method)?;
     let clock = Instant::now();
     let (parameters, window) = (&request.parameters, &map.window);
@@ -454,7 +472,8 @@ pub fn basin_share(
     shard: &Shard<'_>,
 ) -> Result<(), AnalysisError> {
     request.check(map)?;
-    let subject = SweepSubject::new(scene, orbit, map);
+    let tabulated = request.tabulated();
+    let subject = SweepSubject { tabulated, ..SweepSubject::new(scene, orbit, map) };
     let swept = subject.swept(request.method)?;
     let settling = request.settling(&subject);
     let (parameters, window) = (&request.parameters, &map.window);

@@ -16,6 +16,7 @@ use super::loci::{LociRequest, Locus, LocusKind, PlaneCurve, PlanePoint, loci};
 use super::periodic::ContactItinerary;
 use super::progress::{NoProgress, Progress, Shard, SubProgress};
 use super::section_frame::{escape_bounds, itinerary};
+use super::section_table::TabulatedRange;
 use crate::expansion::LocalMap;
 use crate::iteration::{DeviceMap, PassageSet};
 use crate::model::{ChartOverlay, ChartRequest, Method, Scene, even_offsets};
@@ -131,11 +132,20 @@ fn grids<T>(
     make: impl Fn(usize, ChartGrid<'_>) -> T,
 ) -> Result<Vec<T>, AnalysisError> {
     let (axes, places) = axes(scene, orbit, map, request)?;
-    let subject = SweepSubject::new(scene, orbit, map);
+    let mut subject = SweepSubject::new(scene, orbit, map);
     let own = subject.orbits(request.transient, 2 * request.keep).approaching();
     let starts = match states(&request.starts, scene, map)? {
         states if states.is_empty() => vec![None],
         states => states.into_iter().map(Some).collect(),
+    };
+    let varied = places.into_iter().zip(&axes).map(|(place, axis)| {
+        let ends = [axis.offsets.first(), axis.offsets.last()];
+        (place, ends.map(|end| end.copied().unwrap_or(0.0)))
+    });
+    subject.tabulated = TabulatedRange {
+        varied: varied.collect(),
+        states: starts.iter().flatten().cloned().collect(),
+        ..TabulatedRange::default()
     };
     let together = if request.attractors > 1 { starts.len() } else { 1 };
     let swept = request.with.iter().map(|&method| {
@@ -205,7 +215,7 @@ impl ChartPlane<'_> {
         let overlay = |&what: &ChartOverlay| {
             let curves = match what {
                 ChartOverlay::Graze => self.grazing_curve().into_iter().collect(),
-                ChartOverlay::Loci => self.loci(method == Method::Direct)?,
+                ChartOverlay::Loci => self.loci(method.is_direct())?,
             };
             Ok(Overlay { what, curves })
         };

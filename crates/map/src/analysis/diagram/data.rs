@@ -84,7 +84,9 @@ impl Shares {
         let kept = orbit.origins().zip(&orbit.steps);
         let outside = kept.filter(|(origin, step)| match method {
             Method::Guarded => step.simulated,
-            Method::Map | Method::Direct => !window.holds(origin, parameters, &[step.depth]),
+            Method::Map | Method::Direct | Method::Atlas => {
+                !window.holds(origin, parameters, &[step.depth])
+            }
         });
         Self { by_map: share(mapped), outside: share(outside.count()) }
     }

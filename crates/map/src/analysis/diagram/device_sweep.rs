@@ -40,7 +40,7 @@ impl<'a> DeviceSweep<'a> {
         keep: usize,
     ) -> Box<dyn SweptMap + 'a> {
         let window = match map.method() {
-            Method::Direct => {
+            Method::Direct | Method::Atlas => {
                 device.leave_direct();
                 return map;
             }

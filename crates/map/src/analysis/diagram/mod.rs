@@ -16,6 +16,7 @@ use serde::Serialize;
 use super::error::{AnalysisError, active_place};
 use super::progress::{PartProgress, Progress, Shard, SubProgress};
 use super::section_frame::{escape_bounds, itinerary};
+use super::section_table::TabulatedRange;
 use crate::expansion::LocalMap;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
@@ -122,16 +123,24 @@ fn planned<T>(
 ) -> Result<T, AnalysisError> {
     let parameter = &scene.model.parameters[request.parameter].name;
     let position = active_place(map, parameter)?;
-    let subject =
-        SweepSubject { observe: &request.observe, ..SweepSubject::new(scene, orbit, map) };
+    let offsets = request.offsets();
+    let starts = sweep::states(&request.starts, scene, map)?;
+    let ends = [offsets.first(), offsets.last()].map(|end| end.copied().unwrap_or(0.0));
+    let tabulated = TabulatedRange {
+        varied: vec![(position, ends)],
+        states: starts.clone(),
+        ..TabulatedRange::default()
+    };
+    let new = SweepSubject::new(scene, orbit, map);
+    let subject = SweepSubject { observe: &request.observe, tabulated, ..new };
     let swept = request.with.iter().map(|&method| subject.swept(method));
     Ok(make(&DiagramPlan {
         maps: swept.collect::<Result<_, _>>()?,
         direction: request.direction,
         request: SweepRequest {
             parameter: position,
-            offsets: request.offsets(),
-            starts: sweep::states(&request.starts, scene, map)?,
+            offsets,
+            starts,
             orbit: subject.orbits(request.transient, request.keep),
             window: map.window.clone(),
         },

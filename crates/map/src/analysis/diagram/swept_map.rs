@@ -9,6 +9,8 @@ use super::observe::Observer;
 use crate::analysis::direct_map::{DIRECT_LANES, DirectMap, DirectPoints, GuardedMap};
 use crate::analysis::error::{AnalysisError, check_contacts};
 use crate::analysis::section_frame::{escape_bounds, itinerary, phase_circle, resolved_widths};
+use crate::analysis::section_table::{AtlasMap, SectionTable, TabulatedRange};
+use crate::atlas::Atlas;
 use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
 use crate::iteration::{
@@ -517,12 +519,60 @@ impl SweptMap for GuardedSweep<'_> {
     }
 }
 
+/// Sweep by an atlas of direct returns.
+///
+/// Observables and hits are those of direct simulation.
+struct AtlasSweep<'a> {
+    direct: DirectSweep<'a>,
+    atlas: Atlas<SectionTable<'a>>,
+}
+
+impl SweptMap for AtlasSweep<'_> {
+    fn method(&self) -> Method {
+        Method::Atlas
+    }
+
+    fn parameters(&self) -> usize {
+        self.direct.parameters()
+    }
+
+    fn segments(&self) -> usize {
+        self.direct.segments()
+    }
+
+    fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
+        Box::new(AtlasMap::new(&self.atlas, parameters))
+    }
+
+    fn start(&self, parameters: &[f64]) -> Vec<f64> {
+        self.direct.start(parameters)
+    }
+
+    fn observe_all(&self, orbit: &MapOrbit, parameters: &[f64]) -> Vec<f64> {
+        self.direct.observe_all(orbit, parameters)
+    }
+
+    fn itinerary(&self) -> &Itinerary {
+        self.direct.itinerary()
+    }
+
+    fn hits(&self, orbit: &MapOrbit, number: usize, parameters: &[f64]) -> Vec<u32> {
+        self.direct.hits(orbit, number, parameters)
+    }
+
+    fn has_jacobian(&self) -> bool {
+        false
+    }
+}
+
 /// Scene, orbit and map that the sweeps of a scene share.
 pub(in crate::analysis) struct SweepSubject<'a> {
     pub(in crate::analysis) scene: &'a Scene,
     pub(in crate::analysis) orbit: &'a GrazingOrbit,
     pub(in crate::analysis) map: &'a LocalMap,
     pub(in crate::analysis) observe: &'a Observable,
+    /// Range over which an atlas is made.
+    pub(in crate::analysis) tabulated: TabulatedRange,
     /// The scene's model, lowered when direct simulation is first needed.
     pub(in crate::analysis) system: OnceCell<HybridSystem>,
 }
@@ -534,7 +584,14 @@ impl<'a> SweepSubject<'a> {
         orbit: &'a GrazingOrbit,
         map: &'a LocalMap,
     ) -> Self {
-        Self { scene, orbit, map, observe: &Observable::EventFunction, system: OnceCell::new() }
+        Self {
+            scene,
+            orbit,
+            map,
+            observe: &Observable::EventFunction,
+            tabulated: TabulatedRange::default(),
+            system: OnceCell::new(),
+        }
     }
 
     /// Request for orbits, with the escape bounds of the oscillator.
@@ -552,13 +609,13 @@ impl<'a> SweepSubject<'a> {
     ///
     /// [`AnalysisError::Hybrid`] if the simulator refuses the model; [`AnalysisError::Expansion`]
     /// if the impact speed is observed and cannot be expanded; [`AnalysisError::NoContacts`] if the
-    /// method needs contacts that are not expanded.
+    /// method needs contacts that are not expanded; [`AnalysisError::TooManyAxes`].
     pub(in crate::analysis) fn swept(
         &self,
         method: Method,
     ) -> Result<Box<dyn SweptMap + '_>, AnalysisError> {
         let (scene, orbit, map) = (self.scene, self.orbit, self.map);
-        if method != Method::Direct {
+        if !method.is_direct() {
             check_contacts(map)?;
         }
         let start = || SmoothFixedPoint::new(map);
@@ -573,6 +630,14 @@ impl<'a> SweepSubject<'a> {
             let system = self.system.get_or_init(|| HybridSystem::new(&scene.model));
             DirectMap::new(system, scene, orbit)
         };
+        let simulated = || {
+            Ok::<_, AnalysisError>(DirectSweep {
+                map: direct()?,
+                start: start(),
+                observer: observer()?,
+                itinerary: itinerary(scene, orbit),
+            })
+        };
         Ok(match method {
             Method::Map => Box::new(frozen()?),
             Method::Guarded => Box::new(GuardedSweep {
@@ -580,12 +645,14 @@ impl<'a> SweepSubject<'a> {
                 window: map.window.clone(),
                 direct: direct()?,
             }),
-            Method::Direct => Box::new(DirectSweep {
-                map: direct()?,
-                start: start(),
-                observer: observer()?,
-                itinerary: itinerary(scene, orbit),
-            }),
+            Method::Direct => Box::new(simulated()?),
+            Method::Atlas => {
+                let direct = simulated()?;
+                let (map, range) = (direct.map.clone(), self.tabulated.clone());
+                let start = |parameters: &[f64]| direct.start.at(parameters);
+                let atlas = SectionTable::atlas(map, range, &self.orbits(0, 0), start)?;
+                Box::new(AtlasSweep { direct, atlas })
+            }
         })
     }
 }

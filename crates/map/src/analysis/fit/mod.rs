@@ -198,7 +198,7 @@ pub fn fit(
     request: &FitRequest,
     progress: &dyn Progress,
 ) -> Result<Fit, AnalysisError> {
-    if request.method != Method::Direct {
+    if !request.method.is_direct() {
         check_contacts(map)?;
     }
     let system = HybridSystem::new(&scene.model);
@@ -209,6 +209,7 @@ pub fn fit(
         Method::Map => best_fit(map, &|| &run, request, progress),
         Method::Guarded => best_fit(map, &guarded, request, progress),
         Method::Direct => best_fit(map, &|| direct.clone(), request, progress),
+        Method::Atlas => Err(AnalysisError::NotTabulated { what: "a fit" }),
     }
 }
 

@@ -338,10 +338,17 @@ fn methods(table: &Table<'_>) -> Checked<Vec<Method>> {
         (Some(field), None) | (None, Some(field)) => field,
         (None, None) => return Ok(vec![Method::Guarded]),
     };
-    let entries = field.one_or_list("a list of \"guarded\", \"map\", \"direct\"")?;
+    let entries = field.one_or_list("a list of \"guarded\", \"map\", \"direct\", \"atlas\"")?;
     field.check_length(entries.len(), usize::MAX)?;
-    let options = [("guarded", Method::Guarded), ("map", Method::Map), ("direct", Method::Direct)];
-    distinct(&entries, |entry| entry.choice(&options, "\"guarded\", \"map\", \"direct\""))
+    let options = [
+        ("guarded", Method::Guarded),
+        ("map", Method::Map),
+        ("direct", Method::Direct),
+        ("atlas", Method::Atlas),
+    ];
+    distinct(&entries, |entry| {
+        entry.choice(&options, "\"guarded\", \"map\", \"direct\", \"atlas\"")
+    })
 }
 
 /// Number of points: one for both axes, or one for each.
