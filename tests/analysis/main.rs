@@ -4,6 +4,7 @@
 mod support;
 
 mod any_section;
+mod atlases;
 mod attractors;
 mod basins;
 mod branches;

@@ -52,11 +52,14 @@ if TYPE_CHECKING:
 #: Methods and number formats of images, and languages of emitted maps.
 IMAGE_METHODS, PRECISIONS, TARGETS = map(tuple, _lib.words())
 #: Methods of iteration, and those of periodic orbits.
-METHODS, ORBIT_METHODS = ("map", "guarded", "direct"), ("map", "direct")
+METHODS, ORBIT_METHODS = ("map", "guarded", "direct", "atlas"), ("map", "direct")
+#: Methods of returns whose parameters vary.
+RETURN_METHODS = METHODS[:3]
 LOCI, BIFURCATIONS = ("graze", "fold", "flip", "torus", "crisis"), ("fold", "flip")
 OBSERVABLES = ("h", "impact_speed", "contact_time", "amplitude")
 
-Method: TypeAlias = Literal["map", "guarded", "direct"]
+Method: TypeAlias = Literal["map", "guarded", "direct", "atlas"]
+ReturnMethod: TypeAlias = Literal["map", "guarded", "direct"]
 OrbitMethod: TypeAlias = Literal["map", "direct"]
 ImageMethod: TypeAlias = Literal["map", "guarded", "direct", "smooth", "discontinuity"]
 Precision: TypeAlias = Literal["f64", "f32", "dd"]
@@ -132,7 +135,7 @@ def diagram(
         Direction of the sweeps; ``"both"`` makes one up and one down.
     method
         ``"guarded"``: the map inside its window, direct simulation outside; ``"map"``;
-        ``"direct"``. A list makes sweeps by each.
+        ``"direct"``; ``"atlas"``: polynomials on boxes wherever orbits come. A list makes sweeps by each.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
     client
@@ -243,7 +246,7 @@ def chart(
         ``overlay="loci"``.
     method
         ``"guarded"``: the map inside its window, direct simulation outside; ``"map"``;
-        ``"direct"``. A list makes a chart by each.
+        ``"direct"``; ``"atlas"``: polynomials on boxes wherever orbits come. A list makes a chart by each.
     device
         ``"cpu"``, or ``"cuda"`` for an NVIDIA GPU, with identical results.
     progress
@@ -345,7 +348,7 @@ def basin(
         coordinates. Default: no manifolds.
     method
         ``"guarded"``: the map inside its window, direct simulation outside; ``"map"``;
-        ``"direct"``.
+        ``"direct"``; ``"atlas"``: polynomials on boxes wherever orbits come.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
     client
@@ -1036,7 +1039,7 @@ def fit(
     noise: Mapping[str, float] | None = None,
     piece: int = 10,
     withheld: int = 0,
-    method: Method = "guarded",
+    method: ReturnMethod = "guarded",
     progress: Progress | bool | None = None,
 ) -> Fit:
     """Fit parameters to measured section points, by least squares with exact derivatives.
@@ -1113,7 +1116,7 @@ def fit(
         "noise": _check.given(_check.numbers, "noise", noise, m.coordinates, kind),
         "piece": _check.count("piece", piece),
         "withheld": _check.count("withheld", withheld),
-        "method": _check.choice("method", method, METHODS),
+        "method": _check.choice("method", method, RETURN_METHODS),
     }
     text = _json(keys)
     points = np.ascontiguousarray(np.concatenate(series))
@@ -1137,7 +1140,7 @@ def noise(
     spans: Mapping[str, Sequence[float]] | None = None,
     cells: int = 100,
     seed: int = 0,
-    method: Method = "guarded",
+    method: ReturnMethod = "guarded",
     progress: Progress | bool | None = None,
 ) -> Noise:
     """Iterate orbits with random parameters at every return, and compute their densities.
@@ -1222,7 +1225,7 @@ def noise(
         "range": ranges,
         "cells": _check.count("cells", cells, 1),
         "seed": _check.count("seed", seed, 0, _MOST_SIZE),
-        "method": _check.choice("method", method, METHODS),
+        "method": _check.choice("method", method, RETURN_METHODS),
     }
     return _told(_of_map(Noise(_answered(m, "noise", keys, progress)), m))
 

@@ -123,10 +123,14 @@ impl FrozenLeaves {
     ) -> Result<(), Answer> {
         self.point.clear();
         self.point.extend(state.iter().chain(&self.parameters));
-        atlas.leaf_of(&self.point)?;
+        let made = atlas.leaf_of(&self.point).map(drop);
         let tree = atlas.tree();
         self.nodes[node] = match &tree.nodes[known] {
-            Node::Open(_) => FrozenNode::Unknown(known),
+            Node::Open(_) => {
+                // NOTE: an atlas that makes no more leaves makes none here later.
+                self.nodes[node] = FrozenNode::Direct;
+                return made;
+            }
             Node::Direct => FrozenNode::Direct,
             &Node::Halved { axis, at, first } => match axis.checked_sub(state.len()) {
                 Some(fixed) => {

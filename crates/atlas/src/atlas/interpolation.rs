@@ -76,6 +76,11 @@ impl Interpolation {
         Ok(Self { weights: weights.collect(), space, points })
     }
 
+    /// Number of images that a fit takes.
+    pub fn points(&self) -> usize {
+        self.points.len()
+    }
+
     /// Fits polynomials to a map on a box, whose components have these scales. `value` writes the image of a point and
     /// returns a label, such as a word of contacts; `None` without an image.
     ///
@@ -105,7 +110,7 @@ impl Interpolation {
         for (row, sums) in rows.zip(coefficients.chunks_exact_mut(components)) {
             for (weight, image) in row.iter().zip(values.chunks_exact(components)) {
                 for (sum, value) in sums.iter_mut().zip(image) {
-                    *sum = weight.mul_add(*value, *sum);
+                    *sum += weight * value;
                 }
             }
         }

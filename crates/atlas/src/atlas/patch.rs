@@ -72,7 +72,8 @@ impl Patch {
         let rows = self.coefficients.chunks_exact(self.components);
         for (row, &monomial) in rows.zip(monomials.iter()).rev() {
             for (value, &coefficient) in values.iter_mut().zip(row) {
-                *value = coefficient.mul_add(monomial, *value);
+                // NOTE: a fused operation is a call where the processor is not known to have it.
+                *value += coefficient * monomial;
             }
         }
     }

@@ -4,6 +4,7 @@
 //! points of the box are within the tolerance. Otherwise it is halved along the axis that lowers
 //! the error most. A box that was halved too often stays *direct*: its points are simulated.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
@@ -329,15 +330,44 @@ impl<M: Tabulated> Atlas<M> {
     pub fn make_all(&mut self) {
         let mut node = 0;
         while node < self.tree().nodes.len() && !self.is_exhausted() {
-            let open = match &self.tree().nodes[node] {
-                Node::Open(cell) => Some(cell.clone()),
-                _ => None,
-            };
-            if let Some(cell) = open {
-                self.settle(node, &cell);
-            }
+            self.expand(node);
             node += 1;
         }
+    }
+
+    /// Open boxes with the number of these points in each, in the order in which the points come to
+    /// them.
+    pub fn visited(&self, points: &[Vec<f64>]) -> Vec<(usize, usize)> {
+        let tree = self.tree();
+        let mut boxes: Vec<(usize, usize)> = Vec::new();
+        let mut places = BTreeMap::new();
+        for point in points.iter().filter(|point| self.holds(point)) {
+            let node = tree.below(0, point);
+            if matches!(tree.nodes[node], Node::Open(_)) {
+                let place = *places.entry(node).or_insert(boxes.len());
+                match boxes.get_mut(place) {
+                    Some((_, count)) => *count += 1,
+                    None => boxes.push((node, 1)),
+                }
+            }
+        }
+        boxes
+    }
+
+    /// Makes a leaf of an open box, or halves it; of another node nothing.
+    pub fn expand(&mut self, node: usize) {
+        let open = match self.tree().nodes.get(node) {
+            Some(Node::Open(cell)) => Some(cell.clone()),
+            _ => None,
+        };
+        if let Some(cell) = open {
+            self.settle(node, &cell);
+        }
+    }
+
+    /// Ends the making of leaves: points of open boxes are direct from now on.
+    pub fn close(&mut self) {
+        self.options.boxes = 0;
     }
 
     /// The tree, locked.

@@ -20,11 +20,12 @@ use super::periodic::ContactItinerary;
 use super::progress::{PartProgress, Progress, Shard, given};
 use super::refinement::{Tiles, first_asked, neighbours, refine, refine_share};
 use super::section_frame::{EscapeBound, escape_bounds, itinerary};
-use super::section_table::TabulatedRange;
+use super::section_table::TabulatedUse;
 use super::time_series::TimeSeriesRequest;
 use crate::expansion::LocalMap;
 use crate::iteration::{OrbitName, OrbitRequest, Period, parallel};
 use crate::model::{BasinPlan, Digest, Method, Scene, even_offsets};
+use crate::numeric::low_discrepancy;
 use crate::orbit::{GrazingOrbit, PoincareSectionKind};
 use manifolds::{ManifoldPlane, manifolds};
 use search::BasinSearch;
@@ -59,6 +60,13 @@ pub struct BasinRequest {
     /// Longest period of the saddles whose manifolds are asked for; `None` for no manifolds.
     pub manifolds: Option<usize>,
 }
+
+/// Starts that tell where an atlas pays, and a guess of the returns in which an orbit reaches a
+/// known attractor.
+const STARTS: usize = 256;
+const SETTLED_IN: usize = 50;
+/// Guess of the cells of a basin for each that is followed, where others are filled.
+const FILLED: usize = 10;
 
 impl BasinRequest {
     /// Default number of cells along each axis.
@@ -135,19 +143,24 @@ impl BasinRequest {
         subject.orbits(self.transient, 2 * self.longest_period)
     }
 
-    /// Range of an atlas: the corners of the plane, and what orbits visit from there.
-    fn tabulated(&self) -> TabulatedRange {
-        let corner = |ends: [usize; 2]| {
+    /// Use of an atlas: orbits from all over the plane.
+    fn tabulated(&self) -> TabulatedUse {
+        let spread = |index: usize| {
             let mut state = self.origin.clone();
-            for ((&axis, range), end) in self.axes.iter().zip(&self.ranges).zip(ends) {
-                state[axis] = range[end];
+            let shares = low_discrepancy(index, 2);
+            for ((&axis, [low, high]), share) in self.axes.iter().zip(&self.ranges).zip(shares) {
+                state[axis] = low + share * (high - low);
             }
             state
         };
-        TabulatedRange {
+        TabulatedUse {
             parameters: self.parameters.clone(),
             varied: Vec::new(),
-            states: [[0, 0], [0, 1], [1, 0], [1, 1]].map(corner).into(),
+            starts: (0..STARTS).map(spread).collect(),
+            carried: false,
+            returns: self.points.iter().product::<usize>()
+                / if self.every_cell { 1 } else { FILLED }
+                * SETTLED_IN.min(self.transient),
         }
     }
 

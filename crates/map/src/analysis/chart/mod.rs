@@ -16,7 +16,7 @@ use super::loci::{LociRequest, Locus, LocusKind, PlaneCurve, PlanePoint, loci};
 use super::periodic::ContactItinerary;
 use super::progress::{NoProgress, Progress, Shard, SubProgress};
 use super::section_frame::{escape_bounds, itinerary};
-use super::section_table::TabulatedRange;
+use super::section_table::TabulatedUse;
 use crate::expansion::LocalMap;
 use crate::iteration::{DeviceMap, PassageSet};
 use crate::model::{ChartOverlay, ChartRequest, Method, Scene, even_offsets};
@@ -124,6 +124,9 @@ pub fn chart_share(
     .map(drop)
 }
 
+/// Guess of the cells of a chart for each that is computed, where others are filled.
+const FILLED: usize = 10;
+
 /// Calls `make` with the grid of each chart.
 fn grids<T>(
     (scene, orbit, map): (&Scene, &GrazingOrbit, &LocalMap),
@@ -142,10 +145,14 @@ fn grids<T>(
         let ends = [axis.offsets.first(), axis.offsets.last()];
         (place, ends.map(|end| end.copied().unwrap_or(0.0)))
     });
-    subject.tabulated = TabulatedRange {
+    subject.tabulated = TabulatedUse {
         varied: varied.collect(),
-        states: starts.iter().flatten().cloned().collect(),
-        ..TabulatedRange::default()
+        starts: starts.iter().flatten().cloned().collect(),
+        returns: axes.iter().map(|axis| axis.offsets.len()).product::<usize>()
+            / if request.every_cell { 1 } else { FILLED }
+            * starts.len()
+            * (own.transient + own.keep),
+        ..TabulatedUse::default()
     };
     let together = if request.attractors > 1 { starts.len() } else { 1 };
     let swept = request.with.iter().map(|&method| {

@@ -16,7 +16,7 @@ use serde::Serialize;
 use super::error::{AnalysisError, active_place};
 use super::progress::{PartProgress, Progress, Shard, SubProgress};
 use super::section_frame::{escape_bounds, itinerary};
-use super::section_table::TabulatedRange;
+use super::section_table::TabulatedUse;
 use crate::expansion::LocalMap;
 use crate::iteration::{MapOrbit, OrbitEnd, OrbitName, Period};
 use crate::model::{DiagramRequest, Method, Scene, Spacing, SweepDirection};
@@ -126,10 +126,15 @@ fn planned<T>(
     let offsets = request.offsets();
     let starts = sweep::states(&request.starts, scene, map)?;
     let ends = [offsets.first(), offsets.last()].map(|end| end.copied().unwrap_or(0.0));
-    let tabulated = TabulatedRange {
+    let tabulated = TabulatedUse {
         varied: vec![(position, ends)],
-        states: starts.clone(),
-        ..TabulatedRange::default()
+        starts: starts.clone(),
+        carried: true,
+        returns: offsets.len()
+            * headings(request.direction).len()
+            * starts.len().max(1)
+            * (request.transient + request.keep),
+        ..TabulatedUse::default()
     };
     let new = SweepSubject::new(scene, orbit, map);
     let subject = SweepSubject { observe: &request.observe, tabulated, ..new };
@@ -155,6 +160,15 @@ pub fn run_plan(plan: &DiagramPlan<'_>, progress: &dyn Progress) -> Vec<Sweep> {
     run_sweeps(plan, plan.request.offsets.len(), progress, run)
 }
 
+/// Headings of the sweeps of a direction.
+fn headings(direction: SweepDirection) -> &'static [SweepHeading] {
+    match direction {
+        SweepDirection::Up => &[SweepHeading::Up],
+        SweepDirection::Down => &[SweepHeading::Down],
+        SweepDirection::Both => &[SweepHeading::Up, SweepHeading::Down],
+    }
+}
+
 /// Runs `run` on each sweep of a plan; a sweep visits `values` values.
 fn run_sweeps<T>(
     plan: &DiagramPlan<'_>,
@@ -162,11 +176,7 @@ fn run_sweeps<T>(
     progress: &dyn Progress,
     run: impl Fn(usize, (&dyn SweptMap, Option<&[f64]>, SweepHeading)) -> T,
 ) -> Vec<T> {
-    let headings: &[SweepHeading] = match plan.direction {
-        SweepDirection::Up => &[SweepHeading::Up],
-        SweepDirection::Down => &[SweepHeading::Down],
-        SweepDirection::Both => &[SweepHeading::Up, SweepHeading::Down],
-    };
+    let headings = headings(plan.direction);
     let starts = match &plan.request.starts[..] {
         [] => vec![None],
         states => states.iter().map(|state| Some(&state[..])).collect(),

@@ -9,7 +9,7 @@ use super::observe::Observer;
 use crate::analysis::direct_map::{DIRECT_LANES, DirectMap, DirectPoints, GuardedMap};
 use crate::analysis::error::{AnalysisError, check_contacts};
 use crate::analysis::section_frame::{escape_bounds, itinerary, phase_circle, resolved_widths};
-use crate::analysis::section_table::{AtlasMap, SectionTable, TabulatedRange};
+use crate::analysis::section_table::{AtlasMap, SectionTable, TabulatedUse};
 use crate::atlas::Atlas;
 use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
@@ -524,7 +524,8 @@ impl SweptMap for GuardedSweep<'_> {
 /// Observables and hits are those of direct simulation.
 struct AtlasSweep<'a> {
     direct: DirectSweep<'a>,
-    atlas: Atlas<SectionTable<'a>>,
+    /// Atlas; `None` if direct simulation is as fast.
+    atlas: Option<Atlas<SectionTable<'a>>>,
 }
 
 impl SweptMap for AtlasSweep<'_> {
@@ -540,8 +541,22 @@ impl SweptMap for AtlasSweep<'_> {
         self.direct.segments()
     }
 
+    fn lanes(&self) -> usize {
+        if self.atlas.is_none() { self.direct.lanes() } else { 1 }
+    }
+
+    fn settle(&self, starts: &[Start], request: &OrbitRequest, watch: &dyn Fn()) -> Vec<Settled> {
+        match self.atlas {
+            None => self.direct.settle(starts, request, watch),
+            Some(_) => starts.iter().map(|start| settle_single(self, start, request)).collect(),
+        }
+    }
+
     fn at(&self, parameters: &[f64]) -> Box<dyn DiscreteMap + Send + '_> {
-        Box::new(AtlasMap::new(&self.atlas, parameters))
+        match &self.atlas {
+            None => self.direct.at(parameters),
+            Some(atlas) => Box::new(AtlasMap::new(atlas, parameters)),
+        }
     }
 
     fn start(&self, parameters: &[f64]) -> Vec<f64> {
@@ -571,8 +586,8 @@ pub(in crate::analysis) struct SweepSubject<'a> {
     pub(in crate::analysis) orbit: &'a GrazingOrbit,
     pub(in crate::analysis) map: &'a LocalMap,
     pub(in crate::analysis) observe: &'a Observable,
-    /// Range over which an atlas is made.
-    pub(in crate::analysis) tabulated: TabulatedRange,
+    /// Use for which an atlas is made.
+    pub(in crate::analysis) tabulated: TabulatedUse,
     /// The scene's model, lowered when direct simulation is first needed.
     pub(in crate::analysis) system: OnceCell<HybridSystem>,
 }
@@ -589,7 +604,7 @@ impl<'a> SweepSubject<'a> {
             orbit,
             map,
             observe: &Observable::EventFunction,
-            tabulated: TabulatedRange::default(),
+            tabulated: TabulatedUse::default(),
             system: OnceCell::new(),
         }
     }
@@ -648,9 +663,9 @@ impl<'a> SweepSubject<'a> {
             Method::Direct => Box::new(simulated()?),
             Method::Atlas => {
                 let direct = simulated()?;
-                let (map, range) = (direct.map.clone(), self.tabulated.clone());
+                let (map, planned) = (direct.map.clone(), self.tabulated.clone());
                 let start = |parameters: &[f64]| direct.start.at(parameters);
-                let atlas = SectionTable::atlas(map, range, &self.orbits(0, 0), start)?;
+                let atlas = SectionTable::atlas(map, planned, &self.orbits(0, 0), start)?;
                 Box::new(AtlasSweep { direct, atlas })
             }
         })
