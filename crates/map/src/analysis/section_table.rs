@@ -32,7 +32,7 @@ pub(super) struct TabulatedUse {
     /// Whether the state is carried from value to value of the parameters.
     pub(super) carried: bool,
     /// Number of returns.
-    pub(super) returns: usize,
+    pub(super) returns: f64,
 }
 
 /// Most and fewest parameter values at which orbits are followed to find where leaves pay, and the
@@ -54,7 +54,8 @@ const FEWEST: f64 = 0.5;
 const MARGIN: f64 = 0.1;
 /// Most Newton steps to a depth.
 const NEWTON_STEPS: usize = 30;
-/// Largest error of a depth that was solved for, as a share of the scale of the gap.
+/// Largest error of a depth that was solved for, as a share of the largest depth of the region:
+/// Newton's method ends at rounding, unless it does not converge.
 const MET: f64 = 1e-12;
 /// Bits of a label that tell which passages made contact.
 const PASSAGE_BITS: u32 = 16;
@@ -118,10 +119,10 @@ impl<'a> SectionTable<'a> {
         if axes > MOST_AXES {
             return Err(too_many());
         }
-        let returns = planned.returns;
+        let returns = planned.returns.max(1.0);
         let size = JetSpace::uniform(axes, ORDER).map_err(|_| too_many())?.len();
         let preparing = (size as f64).powi(3) / PRODUCTS_OF_RETURN;
-        if preparing > MAKING * returns as f64 {
+        if preparing > MAKING * returns {
             return Ok(None);
         }
         let fit = Interpolation::new(axes, ORDER).map_err(|_| too_many())?;
@@ -144,8 +145,8 @@ impl<'a> SectionTable<'a> {
             boxes: MEMORY / (size_of::<f64>() * size * table.direct.dimension()),
         };
         let mut atlas = Atlas::new(table, options)?;
-        let least = GAIN * cost as f64 * visited.len() as f64 / returns as f64;
-        let most = (MAKING * returns as f64) as usize / cost;
+        let least = GAIN * cost as f64 * visited.len() as f64 / returns;
+        let most = (MAKING * returns) as usize / cost;
         loop {
             let boxes = atlas.visited(&visited).into_iter();
             let pays = |&(_, count): &(usize, usize)| count as f64 >= least.max(1.0);
@@ -170,7 +171,7 @@ impl<'a> SectionTable<'a> {
         let request = OrbitRequest { transient: DROPPED, keep: FOLLOWED, ..request.clone() };
         let TabulatedUse { varied, starts, carried, .. } = &self.planned;
         let each = (DROPPED + FOLLOWED) as f64;
-        let explored = (EXPLORING * self.planned.returns as f64 / each) as usize;
+        let explored = (EXPLORING * self.planned.returns / each) as usize;
         let explored = explored.clamp(EXPLORED[1], EXPLORED[0]);
         let mut visited = Vec::new();
         let mut last: Option<Vec<f64>> = None;
@@ -266,8 +267,9 @@ impl<'a> SectionTable<'a> {
             let met = newton_to_rounding(wanted / root.slope, NEWTON_STEPS, |value| {
                 Some(lacks(value) / root.slope)
             })?;
-            let scale = wanted.abs() + (root.slope * met).abs();
-            if lacks(met).abs() > MET * scale.max(f64::MIN_POSITIVE) {
+            let [_, deepest] = self.ranges[root.coordinate];
+            let is_met = lacks(met).abs() <= MET * deepest * deepest;
+            if !is_met {
                 return None;
             }
         }
@@ -517,7 +519,7 @@ mod tests {
         let request = request.on_circle(direct.circle()).escaping_at(&[1e3; 2]);
         let start = vec![1e-2; direct.dimension()];
         let varied = vec![(0, range)];
-        let planned = TabulatedUse { varied, returns: 10_000_000, ..TabulatedUse::default() };
+        let planned = TabulatedUse { varied, returns: 1e7, ..TabulatedUse::default() };
         let atlas = SectionTable::atlas(direct, planned, &request, |_| start.clone());
         atlas.expect("few axes").expect("leaves that pay")
     }

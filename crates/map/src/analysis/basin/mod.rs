@@ -65,8 +65,8 @@ pub struct BasinRequest {
 /// known attractor.
 const STARTS: usize = 256;
 const SETTLED_IN: usize = 50;
-/// Guess of the cells of a basin for each that is followed, where others are filled.
-const FILLED: usize = 10;
+/// Guess of the part of the cells of a basin that is followed, where others are filled.
+const FOLLOWED: f64 = 0.1;
 
 impl BasinRequest {
     /// Default number of cells along each axis.
@@ -158,9 +158,9 @@ impl BasinRequest {
             varied: Vec::new(),
             starts: (0..STARTS).map(spread).collect(),
             carried: false,
-            returns: self.points.iter().product::<usize>()
-                / if self.every_cell { 1 } else { FILLED }
-                * SETTLED_IN.min(self.transient),
+            returns: self.points.map(|count| count as f64).iter().product::<f64>()
+                * if self.every_cell { 1.0 } else { FOLLOWED }
+                * SETTLED_IN.min(self.transient) as f64,
         }
     }
 

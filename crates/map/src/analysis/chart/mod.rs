@@ -124,8 +124,8 @@ pub fn chart_share(
     .map(drop)
 }
 
-/// Guess of the cells of a chart for each that is computed, where others are filled.
-const FILLED: usize = 10;
+/// Guess of the part of the cells of a chart that is computed, where others are filled.
+const COMPUTED: f64 = 0.1;
 
 /// Calls `make` with the grid of each chart.
 fn grids<T>(
@@ -148,10 +148,9 @@ fn grids<T>(
     subject.tabulated = TabulatedUse {
         varied: varied.collect(),
         starts: starts.iter().flatten().cloned().collect(),
-        returns: axes.iter().map(|axis| axis.offsets.len()).product::<usize>()
-            / if request.every_cell { 1 } else { FILLED }
-            * starts.len()
-            * (own.transient + own.keep),
+        returns: axes.iter().map(|axis| axis.offsets.len() as f64).product::<f64>()
+            * if request.every_cell { 1.0 } else { COMPUTED }
+            * (starts.len() * (own.transient + own.keep)) as f64,
         ..TabulatedUse::default()
     };
     let together = if request.attractors > 1 { starts.len() } else { 1 };

@@ -130,10 +130,15 @@ fn planned<T>(
         varied: vec![(position, ends)],
         starts: starts.clone(),
         carried: true,
-        returns: offsets.len()
-            * headings(request.direction).len()
-            * starts.len().max(1)
-            * (request.transient + request.keep),
+        returns: [
+            offsets.len(),
+            headings(request.direction).len(),
+            starts.len().max(1),
+            request.transient + request.keep,
+        ]
+        .map(|count| count as f64)
+        .iter()
+        .product(),
         ..TabulatedUse::default()
     };
     let new = SweepSubject::new(scene, orbit, map);
