@@ -81,8 +81,8 @@ impl Interpolation {
         self.points.len()
     }
 
-    /// Fits polynomials to a map on a box, whose components have these scales. `value` writes the image of a point and
-    /// returns a label, such as a word of contacts; `None` without an image.
+    /// Fits polynomials to a map on a box, whose components have these scales. `value` writes the
+    /// image of a point and returns a label, such as a word of contacts; `None` without an image.
     ///
     /// Unresolved if the labels differ. The crossing is then a linear estimate of where they
     /// change.

@@ -192,7 +192,7 @@ pub(super) enum Node {
     Direct,
 }
 
-/// What becomes of a box to which a point has come.
+/// Fate of a box to which a point has come.
 enum Settled {
     Leaf(Arc<Leaf>),
     Direct,
@@ -578,7 +578,7 @@ impl<M: Tabulated> Atlas<M> {
         };
     }
 
-    /// What becomes of a box, by the box alone.
+    /// Fate of a box, by the box alone.
     fn settled(&mut self, cell: &Cell) -> Settled {
         let axes = cell.centre.len();
         let allowed = SHARE * self.options.tolerance;

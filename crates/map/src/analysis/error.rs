@@ -131,7 +131,7 @@ pub enum AnalysisError {
     /// An analysis takes no images from an atlas.
     #[error("{what} takes no images from an atlas")]
     NotTabulated {
-        /// What takes none.
+        /// Analysis that takes none.
         what: &'static str,
     },
     /// A saved atlas does not fit the map.
