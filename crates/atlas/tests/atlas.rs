@@ -87,8 +87,8 @@ fn without_the_cut_a_square_root_surface_takes_hundreds_of_polynomials_for_one_d
 #[test]
 fn an_image_does_not_depend_on_the_points_that_came_before() {
     let options = AtlasOptions { tolerance: 0.05, order: 5, ..AtlasOptions::default() };
-    let mut forward = Atlas::new(RootSurface { cut: false }, options).expect("usable settings");
-    let mut backward = forward.clone();
+    let new = || Atlas::new(RootSurface { cut: false }, options.clone());
+    let [mut forward, mut backward] = [(); 2].map(|()| new().expect("usable settings"));
     let points: Vec<[f64; 2]> = (0..400)
         .map(|index| [f64::from(index % 20), f64::from(index / 20)].map(|at| 0.1 * at - 0.97))
         .collect();
