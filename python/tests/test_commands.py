@@ -314,6 +314,18 @@ def test_an_exception_of_progress_ends_the_call(m: gm.Map) -> None:
         gm.diagram(m, "alpha", (-1e-4, 1e-4), points=100_000, method="direct", progress=refuse)
 
 
+def test_an_atlas_draws_what_direct_simulation_does(m: gm.Map) -> None:
+    direct, atlas = (
+        gm.diagram(m, "alpha", (-0.3, 1.2), points=100, observe="x", method=method)
+        for method in ("direct", "atlas")
+    )
+    for name in ("offset", "period", "orbit (stop,periods)"):
+        np.testing.assert_array_equal(atlas[name], direct[name])
+    assert atlas["by_map"].mean() > 0.9
+    with pytest.raises(gm.GrazemapError, match="method"):
+        gm.noise(m, {"alpha": 1e-6}, method=cast("Any", "atlas"))
+
+
 def test_older_names_of_arguments_are_taken(m: gm.Map) -> None:
     diagram, branch = cast("Any", gm.diagram), cast("Any", gm.branch)
     older = diagram(m, parameter="alpha", range=(-1e-4, 1e-4), points=3, using="map")

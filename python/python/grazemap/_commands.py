@@ -135,7 +135,8 @@ def diagram(
         Direction of the sweeps; ``"both"`` makes one up and one down.
     method
         ``"guarded"``: the map inside its window, direct simulation outside; ``"map"``;
-        ``"direct"``; ``"atlas"``: polynomials on boxes wherever orbits come. A list makes sweeps by each.
+        ``"direct"``; ``"atlas"``: polynomials on boxes wherever orbits come. A list makes sweeps
+        by each.
     progress
         ``True`` shows a bar of tqdm; a function is called with the work done and expected.
     client
@@ -246,7 +247,8 @@ def chart(
         ``overlay="loci"``.
     method
         ``"guarded"``: the map inside its window, direct simulation outside; ``"map"``;
-        ``"direct"``; ``"atlas"``: polynomials on boxes wherever orbits come. A list makes a chart by each.
+        ``"direct"``; ``"atlas"``: polynomials on boxes wherever orbits come. A list makes a chart
+        by each.
     device
         ``"cpu"``, or ``"cuda"`` for an NVIDIA GPU, with identical results.
     progress
