@@ -3,7 +3,7 @@
 use grazemap::analysis::NoProgress;
 use grazemap::analysis::basin::{BasinRequest, basin};
 use grazemap::analysis::chart::chart;
-use grazemap::analysis::diagram::diagram;
+use grazemap::analysis::diagram::{DiagramPoint, diagram};
 use grazemap::iteration::Period;
 use grazemap::model::{ChartRequest, DiagramRequest, Method};
 
@@ -13,14 +13,14 @@ use crate::Case;
 /// its region, and what orbits of multipliers up to 0.99 make of it.
 const APART: f64 = 1e-4;
 
-/// One rigid stop and two, with one degree of freedom and two.
+/// Rigid stops and a compliant one, far outside the windows of their maps.
 #[test]
 fn diagrams_by_an_atlas_have_the_orbits_of_direct_simulation() {
     let systems = [
         ("linear", [-0.3, 1.2], 300, 0.99),
         ("mems", [-5e-3, 5e-3], 200, 0.9),
         ("cantilever_0_09", [-0.02, 0.02], 60, 0.9),
-        ("two_stops_t1_rigid", [-0.02, 0.02], 40, 0.9),
+        ("soft_a", [-0.02, 0.02], 60, 0.5),
     ];
     for (name, range, points, least) in systems {
         let case = Case::new(name);
@@ -28,6 +28,8 @@ fn diagrams_by_an_atlas_have_the_orbits_of_direct_simulation() {
             let request = DiagramRequest {
                 range,
                 points,
+                // Beside a crisis chaos lasts for hundreds of returns, of a length by chance.
+                transient: 3000,
                 with: vec![method],
                 ..case.scene.diagrams[0].clone()
             };
@@ -43,8 +45,14 @@ fn diagrams_by_an_atlas_have_the_orbits_of_direct_simulation() {
                 if exact.period == Period::NotFound {
                     continue;
                 }
-                let mut pairs = found.kept_values().zip(exact.kept_values());
-                assert!(pairs.all(|(a, b)| (a - b).abs() <= APART * (1.0 + b.abs())), "{at:?}");
+                // Orbits may be met at another of their points.
+                let extent = |point: &DiagramPoint| {
+                    let low = point.kept_values().fold(f64::INFINITY, f64::min);
+                    [low, point.kept_values().fold(f64::NEG_INFINITY, f64::max)]
+                };
+                let (found, exact) = (extent(found), extent(exact));
+                let mut ends = found.iter().zip(exact);
+                assert!(ends.all(|(a, b)| (a - b).abs() <= APART), "{at:?} {found:?} {exact:?}");
             }
         }
     }

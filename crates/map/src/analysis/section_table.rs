@@ -402,6 +402,11 @@ impl<'a> AtlasMap<'a> {
         }
     }
 
+    /// Whether the map is that at these parameters.
+    pub(super) fn is_at(&self, parameters: &[f64]) -> bool {
+        self.parameters == parameters
+    }
+
     fn gap(&self, state: &[f64]) -> f64 {
         self.gap.at(state).unwrap_or_else(|| self.direct.gap(state, &self.parameters))
     }

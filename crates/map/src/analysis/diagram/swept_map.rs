@@ -2,6 +2,7 @@
 //! parameters, settling, observing, and starting at the periodic orbit without contact.
 
 use std::cell::OnceCell;
+use std::sync::Mutex;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,6 +14,7 @@ use crate::analysis::section_table::{AtlasMap, SectionTable, TabulatedUse};
 use crate::atlas::Atlas;
 use crate::expansion::{LocalMap, MapWindow, Stage};
 use crate::hybrid::HybridSystem;
+use crate::iteration::parallel::locked;
 use crate::iteration::{
     DiscreteMap, HornerMap, InterpretedMap, Itinerary, LyapunovExponent, MapOrbit, OrbitEnd,
     OrbitRequest, Period, PhaseCircle, StepInfo, largest_lyapunov_exponent, parallel,
@@ -526,6 +528,8 @@ struct AtlasSweep<'a> {
     direct: DirectSweep<'a>,
     /// Atlas; `None` if direct simulation is as fast.
     atlas: Option<Atlas<SectionTable<'a>>>,
+    /// Maps at the last parameters, with the leaves that they know.
+    kept: Mutex<Vec<AtlasMap<'a>>>,
 }
 
 impl SweptMap for AtlasSweep<'_> {
@@ -542,7 +546,7 @@ impl SweptMap for AtlasSweep<'_> {
     }
 
     fn lanes(&self) -> usize {
-        if self.atlas.is_none() { self.direct.lanes() } else { 1 }
+        if self.atlas.is_none() { self.direct.lanes() } else { LANES }
     }
 
     fn settle(&self, starts: &[Start], request: &OrbitRequest, watch: &dyn Fn()) -> Vec<Settled> {
@@ -557,6 +561,19 @@ impl SweptMap for AtlasSweep<'_> {
             None => self.direct.at(parameters),
             Some(atlas) => Box::new(AtlasMap::new(atlas, parameters)),
         }
+    }
+
+    fn side_by_side(&self, parameters: &[f64], work: &mut dyn FnMut(&mut SideBySide<'_>)) {
+        let Some(atlas) = &self.atlas else {
+            return self.direct.side_by_side(parameters, work);
+        };
+        let kept = locked(&self.kept).pop().filter(|map| map.is_at(parameters));
+        let map = kept.unwrap_or_else(|| AtlasMap::new(atlas, parameters));
+        work(&mut |states, request| {
+            let orbit = |state: &&[f64]| MapOrbit::of(&map, state, &[], request);
+            states.iter().map(orbit).collect()
+        });
+        locked(&self.kept).push(map);
     }
 
     fn start(&self, parameters: &[f64]) -> Vec<f64> {
@@ -666,7 +683,7 @@ impl<'a> SweepSubject<'a> {
                 let (map, planned) = (direct.map.clone(), self.tabulated.clone());
                 let start = |parameters: &[f64]| direct.start.at(parameters);
                 let atlas = SectionTable::atlas(map, planned, &self.orbits(0, 0), start)?;
-                Box::new(AtlasSweep { direct, atlas })
+                Box::new(AtlasSweep { direct, atlas, kept: Mutex::default() })
             }
         })
     }
