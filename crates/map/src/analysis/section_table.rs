@@ -39,7 +39,7 @@ pub(super) struct TabulatedUse {
 /// part of all returns that these orbits may take.
 const EXPLORED: [usize; 2] = [256, 16];
 const EXPLORING: f64 = 0.05;
-/// Iterates of each of these orbits, and those before that count for the region alone.
+/// Iterates of each of these orbits, and those before, on the way to an attractor.
 const FOLLOWED: usize = 60;
 const DROPPED: usize = 40;
 /// Returns that a leaf must save, in those that it takes, and the part of all returns that leaves
@@ -168,9 +168,11 @@ impl<'a> SectionTable<'a> {
 
     /// Points that orbits visit, with the parameters that vary.
     fn visited(&self, request: &OrbitRequest, start: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
-        let request = OrbitRequest { transient: DROPPED, keep: FOLLOWED, ..request.clone() };
         let TabulatedUse { varied, starts, carried, .. } = &self.planned;
-        let each = (DROPPED + FOLLOWED) as f64;
+        // Without parameters that vary, as in a basin, most returns are on the way to attractors.
+        let transient = if varied.is_empty() { 0 } else { DROPPED };
+        let request = OrbitRequest { transient, keep: FOLLOWED, ..request.clone() };
+        let each = (transient + FOLLOWED) as f64;
         let explored = (EXPLORING * self.planned.returns / each) as usize;
         let explored = explored.clamp(EXPLORED[1], EXPLORED[0]);
         let mut visited = Vec::new();
