@@ -87,8 +87,7 @@ impl FrozenLeaves {
     ) -> Result<(Side, u64), Answer> {
         let axes = state.len() + self.parameters.len();
         assert_eq!(axes, atlas.ranges.len(), "one coordinate per axis");
-        let sides = atlas.ranges.iter().zip(state.iter().chain(&self.parameters));
-        if !sides.into_iter().all(|([low, high], value)| (low..=high).contains(&value)) {
+        if !atlas.holds(state.iter().chain(&self.parameters)) {
             return Err(Answer::Outside);
         }
         let mut node = 0;

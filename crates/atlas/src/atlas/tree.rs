@@ -289,9 +289,9 @@ impl<M: Tabulated> Atlas<M> {
     }
 
     /// Whether a point lies in the region.
-    pub fn holds(&self, point: &[f64]) -> bool {
-        let sides = self.ranges.iter().zip(point);
-        sides.into_iter().all(|([low, high], value)| (low..=high).contains(&value))
+    pub fn holds<'p>(&self, point: impl IntoIterator<Item = &'p f64>) -> bool {
+        let mut sides = self.ranges.iter().zip(point);
+        sides.all(|([low, high], value)| (low..=high).contains(&value))
     }
 
     /// Image of a point; makes the leaf of the point if there is none. Without an image the
@@ -341,7 +341,7 @@ impl<M: Tabulated> Atlas<M> {
         let tree = self.tree();
         let mut boxes: Vec<(usize, usize)> = Vec::new();
         let mut places = BTreeMap::new();
-        for point in points.iter().filter(|point| self.holds(point)) {
+        for point in points.iter().filter(|point| self.holds(*point)) {
             let node = tree.below(0, point);
             if matches!(tree.nodes[node], Node::Open(_)) {
                 let place = *places.entry(node).or_insert(boxes.len());

@@ -14,6 +14,9 @@ use super::progress::Share;
 /// Sides of the first blocks, in cells.
 pub const BLOCK: usize = 8;
 
+/// Guess of the part of all cells that is computed.
+pub(super) const COMPUTED: f64 = 0.1;
+
 /// Number of inner cells of a block for each of its probes: one probe in a whole first block, none
 /// in the blocks that it is cut into, which lie along borders.
 const INNER: usize = 32;

@@ -13,7 +13,7 @@ use super::direct_map::DirectMap;
 use super::error::AnalysisError;
 use super::section_frame::newton_to_rounding;
 use crate::atlas::{
-    Answer, Atlas, AtlasOptions, Cell, Expansion, FrozenLeaves, Interpolation, LeafKind, Tabulated,
+    Atlas, AtlasOptions, Cell, Expansion, FrozenLeaves, Interpolation, LeafKind, Tabulated,
 };
 use crate::iteration::parallel::{self, locked};
 use crate::iteration::{DiscreteMap, MapOrbit, OrbitEnd, OrbitRequest, PhaseCircle, StepInfo};
@@ -368,7 +368,7 @@ impl Tabulated for SectionTable<'_> {
 /// Section map at fixed parameters, from an atlas where it has a leaf, by direct simulation
 /// elsewhere.
 pub(super) struct AtlasMap<'a> {
-    direct: DirectMap<'a>,
+    dimension: usize,
     parameters: Vec<f64>,
     circle: PhaseCircle,
     root: Option<RootAxis>,
@@ -389,13 +389,12 @@ impl<'a> AtlasMap<'a> {
         let table = atlas.map();
         let varied: Vec<f64> =
             table.planned.varied.iter().map(|(place, _)| parameters[*place]).collect();
-        let (direct, root) = (table.direct.clone(), table.root);
         Self {
-            gap: AffineGap::new(&direct, parameters, &table.scales()),
+            gap: AffineGap::new(&table.direct, parameters, &table.scales()),
             parameters: parameters.to_vec(),
-            circle: direct.circle(),
-            direct,
-            root,
+            circle: table.direct.circle(),
+            dimension: table.direct.dimension(),
+            root: table.root,
             tabulated: Mutex::new(TabulatedMap {
                 atlas,
                 leaves: FrozenLeaves::new(&varied),
@@ -408,15 +407,11 @@ impl<'a> AtlasMap<'a> {
     pub(super) fn is_at(&self, parameters: &[f64]) -> bool {
         self.parameters == parameters
     }
-
-    fn gap(&self, state: &[f64]) -> f64 {
-        self.gap.at(state).unwrap_or_else(|| self.direct.gap(state, &self.parameters))
-    }
 }
 
 impl DiscreteMap for AtlasMap<'_> {
     fn dimension(&self) -> usize {
-        self.direct.dimension()
+        self.dimension
     }
 
     fn parameters(&self) -> usize {
@@ -434,14 +429,13 @@ impl DiscreteMap for AtlasMap<'_> {
         point.extend_from_slice(state);
         let mut depth = 0.0;
         if let Some(root) = self.root {
-            let gap = self.gap(state);
+            let simulated = || atlas.map().direct.gap(state, &self.parameters);
+            let gap = self.gap.at(state).unwrap_or_else(simulated);
             depth = (-gap).max(0.0);
             point[root.coordinate] = signed_root(gap);
         }
         match leaves.tabulated(atlas, point, image) {
-            Err(Answer::Direct | Answer::Outside | Answer::NoImage | Answer::Tabulated(_)) => {
-                self.direct.step(state, &self.parameters, image)
-            }
+            Err(_) => atlas.map().direct.step(state, &self.parameters, image),
             Ok((_, label)) => {
                 let mut info = StepInfo { turns: self.circle.reduce(image), ..StepInfo::default() };
                 for passage in (0..PASSAGE_BITS as usize).filter(|place| label >> place & 1 == 1) {
@@ -459,7 +453,8 @@ impl DiscreteMap for AtlasMap<'_> {
         image: &mut [f64],
         jacobian: &mut [f64],
     ) -> StepInfo {
-        self.direct.step_jacobian(state, &self.parameters, image, jacobian)
+        let atlas = &mut locked(&self.tabulated).atlas;
+        atlas.map().direct.step_jacobian(state, &self.parameters, image, jacobian)
     }
 }
 

@@ -18,7 +18,7 @@ use super::error::{AnalysisError, active_place, check_length, coordinate_place};
 use super::motion::MotionEvents;
 use super::periodic::ContactItinerary;
 use super::progress::{PartProgress, Progress, Shard, given};
-use super::refinement::{Tiles, first_asked, neighbours, refine, refine_share};
+use super::refinement::{COMPUTED, Tiles, first_asked, neighbours, refine, refine_share};
 use super::section_frame::{EscapeBound, escape_bounds, itinerary};
 use super::section_table::TabulatedUse;
 use super::time_series::TimeSeriesRequest;
@@ -65,8 +65,6 @@ pub struct BasinRequest {
 /// known attractor.
 const STARTS: usize = 256;
 const SETTLED_IN: usize = 50;
-/// Guess of the part of the cells of a basin that is followed, where others are filled.
-const FOLLOWED: f64 = 0.1;
 
 impl BasinRequest {
     /// Default number of cells along each axis.
@@ -159,7 +157,7 @@ impl BasinRequest {
             starts: (0..STARTS).map(spread).collect(),
             carried: false,
             returns: self.points.map(|count| count as f64).iter().product::<f64>()
-                * if self.every_cell { 1.0 } else { FOLLOWED }
+                * if self.every_cell { 1.0 } else { COMPUTED }
                 * SETTLED_IN.min(self.transient) as f64,
         }
     }

@@ -15,6 +15,7 @@ use super::error::{AnalysisError, active_place};
 use super::loci::{LociRequest, Locus, LocusKind, PlaneCurve, PlanePoint, loci};
 use super::periodic::ContactItinerary;
 use super::progress::{NoProgress, Progress, Shard, SubProgress};
+use super::refinement::COMPUTED;
 use super::section_frame::{escape_bounds, itinerary};
 use super::section_table::TabulatedUse;
 use crate::expansion::LocalMap;
@@ -123,9 +124,6 @@ pub fn chart_share(
     })
     .map(drop)
 }
-
-/// Guess of the part of the cells of a chart that is computed, where others are filled.
-const COMPUTED: f64 = 0.1;
 
 /// Calls `make` with the grid of each chart.
 fn grids<T>(
